@@ -1,1 +1,11 @@
-//! Placeholder until its first module lands.
+//! The words that all schemes share: scenarios and their formulas, vehicles, the communication graph, the mathematics, and
+//! the way from a scenario to the network of its participants.
+
+pub mod config;
+pub mod formula;
+pub mod math;
+pub mod scenario;
+pub mod vehicle;
+pub mod wiring;
+
+pub use nalgebra;

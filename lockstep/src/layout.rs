@@ -98,6 +98,22 @@ impl Layout {
         None
     }
 
+    /// What to call the number at `offset` words: `flag`, or `position[2]` within a vector.
+    pub fn label(&self, offset: usize) -> String {
+        let mut start = 0;
+        for field in &self.fields {
+            let words = field.shape.words();
+            if offset < start + words {
+                return match field.shape {
+                    Shape::Scalar => field.name.clone(),
+                    Shape::Vector(_) => format!("{}[{}]", field.name, offset - start),
+                };
+            }
+            start += words;
+        }
+        format!("word {offset}")
+    }
+
     /// The ROS 2 message definition whose CDR encoding a sample of this layout is.
     pub fn ros2msg(&self) -> String {
         let mut text = String::from("builtin_interfaces/Time stamp\nuint64 step\nuint32 agent\nuint32 status\n");
@@ -133,6 +149,7 @@ mod tests {
         assert_eq!(layout.find("velocity"), Some((4, 2)));
         assert_eq!(layout.find("speed"), None);
         assert_eq!(layout.bytes(), 24 + 6 * 8);
+        assert_eq!([layout.label(2), layout.label(3), layout.label(5)], ["position[2]", "flag", "velocity[1]"]);
     }
 
     #[test]

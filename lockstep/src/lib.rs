@@ -6,16 +6,32 @@
 //!
 //! Start with [`Participant`] and [`Network`].
 
+mod board;
+mod cell;
+mod conductor;
+mod cores;
+mod directory;
+mod execute;
 mod layout;
 mod local;
 mod network;
+mod page;
 mod participant;
+mod plan;
 mod sample;
 mod store;
+mod worker;
 
+pub use board::ServiceError;
+pub use cell::MAX_WORDS;
+pub use conductor::{Conductor, Death, Interrupt, Late, RunError, Settings};
+pub use cores::{allowed_cores, pin_to_core};
+pub use directory::{DirectoryError, RunDirectory};
 pub use layout::{Field, Layout, Shape};
 pub use local::{Local, StepError};
 pub use network::{Channel, ChannelId, Input, LoopError, Network, Node, Timing};
 pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
+pub use plan::{Plan, PlanError, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, Status};
 pub use store::Store;
+pub use worker::serve;

@@ -1,6 +1,7 @@
 //! All participants in one process: the same order, the same bits, no system call in a step.
 
-use crate::{Fault, Io, LoopError, Network, Participant, Ports, Step, Store};
+use crate::execute::Member;
+use crate::{Fault, LoopError, Network, Participant, Step, Store};
 
 /// A participant that could not compute its step.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,39 +17,44 @@ pub struct StepError {
 
 /// Runs a network in the calling thread.
 pub struct Local {
-    /// Nodes in order of execution.
-    order: Vec<usize>,
+    /// Participants in order of execution.
+    members: Vec<Member>,
     network: Network,
-    participants: Vec<Box<dyn Participant>>,
-    ports: Vec<Ports>,
     store: Store,
     next: Step,
+    period_ns: u64,
 }
 
 impl Local {
     /// A run of `network` whose node i is `participants[i]`, with steps of `dt` seconds.
     ///
+    /// Headers are stamped with multiples of `dt` rounded to nanoseconds.
+    ///
     /// # Errors
     /// [`LoopError`] if same-step edges form a loop.
     pub fn new(network: Network, participants: Vec<Box<dyn Participant>>, dt: f64) -> Result<Self, LoopError> {
         let phases = network.phases()?;
-        let mut order: Vec<usize> = (0..network.nodes.len()).collect();
-        order.sort_by_key(|&node| phases[node]);
-        let ports = network.nodes.iter().map(Ports::of).collect();
+        let mut members: Vec<Member> = participants
+            .into_iter()
+            .enumerate()
+            .map(|(node, participant)| Member::new(&network, node, participant))
+            .collect();
+        // Stable: within a phase the order of the network stays.
+        members.sort_by_key(|member| phases[member.node]);
         let store = Store::new(network.channels.iter().map(|channel| &channel.layout));
-        Ok(Self { order, network, participants, ports, store, next: Step { index: 0, dt } })
+        let period_ns = (dt * 1e9).round() as u64;
+        Ok(Self { members, network, store, next: Step { index: 0, dt }, period_ns })
     }
 
-    /// Runs one step of everybody and returns its number.
+    /// Runs one step of everybody and returns its number. Nodes that run at a lower rate hold their outputs in between.
     ///
     /// # Errors
-    /// [`StepError`] if a participant faults; the run cannot go on then.
+    /// [`StepError`] if a participant faults or an output is not finite; the run cannot go on then.
     pub fn step(&mut self) -> Result<u64, StepError> {
         let step = self.next;
-        for &node in &self.order {
-            let mut io = Io::new(&mut self.store, &self.ports[node], step.index);
-            self.participants[node].step(&step, &mut io).map_err(|fault| StepError {
-                node: self.network.nodes[node].name.clone(),
+        for member in &mut self.members {
+            member.run(&self.network, &mut self.store, &step, self.period_ns).map_err(|fault| StepError {
+                node: self.network.nodes[member.node].name.clone(),
                 step: step.index,
                 fault,
             })?;

@@ -48,10 +48,18 @@ pub struct Node {
     pub inputs: Vec<Input>,
     /// Channels it writes, in order of its output ports.
     pub outputs: Vec<ChannelId>,
-    /// Runs at every `every`-th step ...
+    /// Runs at every `every`-th step (0 counts as 1) ...
     pub every: u64,
     /// ... starting with this one.
     pub offset: u64,
+}
+
+impl Node {
+    /// The last step up to and including `step` at which the node runs; `None` before its first.
+    pub fn last_run(&self, step: u64) -> Option<u64> {
+        let since_offset = step.checked_sub(self.offset)?;
+        Some(step - since_offset % self.every.max(1))
+    }
 }
 
 /// Same-step edges that form a loop: nobody could run first.
@@ -144,6 +152,14 @@ mod tests {
     }
 
     use Timing::{Delayed, SameStep};
+
+    #[test]
+    fn a_slow_node_runs_at_multiples_after_its_offset() {
+        let mut node = network(&[(&[], 0)]).nodes.remove(0);
+        (node.every, node.offset) = (3, 2);
+        let runs: Vec<_> = (0..9).map(|step| node.last_run(step)).collect();
+        assert_eq!(runs, [None, None, Some(2), Some(2), Some(2), Some(5), Some(5), Some(5), Some(8)]);
+    }
 
     #[test]
     fn phases_are_levels_of_same_step_edges() {

@@ -1,6 +1,6 @@
 //! The samples of one process: two of every channel, that of the current step and that of the one before.
 
-use crate::{ChannelId, Layout};
+use crate::{ChannelId, Header, Layout, Status};
 
 /// Samples of the current and of the previous step, of every channel, in one block of memory.
 ///
@@ -11,6 +11,8 @@ pub struct Store {
     words: Vec<f64>,
     /// Start of the channel's even-step buffer; the odd-step buffer follows it.
     spans: Vec<(usize, usize)>,
+    /// Headers of the even-step and the odd-step sample of every channel, once there are such samples.
+    headers: Vec<[Option<Header>; 2]>,
     zeros: Vec<f64>,
 }
 
@@ -26,7 +28,7 @@ impl Store {
             start += 2 * length;
             longest = longest.max(length);
         }
-        Self { words: vec![0.0; start], spans, zeros: vec![0.0; longest] }
+        Self { words: vec![0.0; start], headers: vec![[None; 2]; spans.len()], spans, zeros: vec![0.0; longest] }
     }
 
     /// The sample of `step`.
@@ -47,6 +49,29 @@ impl Store {
     pub fn write(&mut self, channel: ChannelId, step: u64) -> &mut [f64] {
         let (start, length) = self.span(channel, step);
         &mut self.words[start..start + length]
+    }
+
+    /// The header of the sample of `step`; `None` if the channel's writer has not run yet.
+    pub fn header(&self, channel: ChannelId, step: u64) -> Option<&Header> {
+        self.headers[channel.0][(step % 2) as usize].as_ref()
+    }
+
+    /// Gives the sample of `step` its header.
+    pub fn stamp(&mut self, channel: ChannelId, step: u64, header: Header) {
+        self.headers[channel.0][(step % 2) as usize] = Some(header);
+    }
+
+    /// Lets the sample of the step before stand for `step` too: same numbers, same time stamp, [`Status::Held`].
+    ///
+    /// A channel without a sample so far stays without one.
+    pub fn hold(&mut self, channel: ChannelId, step: u64) {
+        let Some(before) = step.checked_sub(1) else { return };
+        let (from, length) = self.span(channel, before);
+        let (to, _) = self.span(channel, step);
+        self.words.copy_within(from..from + length, to);
+        if let Some(header) = self.header(channel, before).copied() {
+            self.stamp(channel, step, Header { status: Status::Held as u32, ..header });
+        }
     }
 
     fn span(&self, channel: ChannelId, step: u64) -> (usize, usize) {
@@ -71,5 +96,19 @@ mod tests {
         assert_eq!(store.read_before(channel, 1), [1.0, 2.0]);
         assert_eq!(store.read(channel, 1), [3.0, 4.0]);
         assert_eq!(store.read(ChannelId(0), 1), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_held_sample_keeps_its_numbers_and_its_stamp() {
+        let layout = Layout::new([Field::scalar("x", "")]);
+        let mut store = Store::new([&layout]);
+        let channel = ChannelId(0);
+        store.hold(channel, 0);
+        assert_eq!(store.header(channel, 0), None);
+        store.write(channel, 4)[0] = 7.0;
+        store.stamp(channel, 4, Header::new(4, 1_000_000, 2, Status::Fresh));
+        store.hold(channel, 5);
+        assert_eq!(store.read(channel, 5), [7.0]);
+        assert_eq!(store.header(channel, 5), Some(&Header::new(4, 1_000_000, 2, Status::Held)));
     }
 }

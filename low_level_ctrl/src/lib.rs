@@ -1,1 +1,15 @@
-//! Placeholder until its first module lands.
+//! Controllers: the input of one agent. One file each.
+
+mod attitude_reference;
+mod hierarchical_uav;
+
+pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
+pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
+
+use formation::wiring::Kind;
+
+/// Every controller that a scenario may name.
+pub const KINDS: &[Kind] = &[Kind::of::<HierarchicalUav>(
+    "hierarchical_uav",
+    "position loop, guidance and attitude loop of a quadcopter that tracks its reference (7.31) to (7.43)",
+)];

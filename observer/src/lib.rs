@@ -1,1 +1,13 @@
-//! Placeholder until its first module lands.
+//! Observers: estimates of what the sensors of one agent do not tell. One file each.
+
+mod sliding_neural;
+
+pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
+
+use formation::wiring::Kind;
+
+/// Every observer that a scenario may name.
+pub const KINDS: &[Kind] = &[Kind::of::<SlidingNeural>(
+    "sliding_neural",
+    "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
+)];

@@ -1,1 +1,4 @@
-//! x
+//! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
+
+pub mod catalog;
+pub mod log;

@@ -1,1 +1,10 @@
-//! Placeholder until its first module lands.
+//! The vehicles of a run: integrates their dynamics under the commands of the controllers and publishes their states.
+
+mod vehicles;
+
+pub use vehicles::{Vehicles, VehiclesParticipant};
+
+use formation::wiring::Kind;
+
+/// Every plant that a scenario may name.
+pub const KINDS: &[Kind] = &[Kind::of::<Vehicles>("vehicles", "the vehicles of the scenario, integrated by RK4")];

@@ -1,0 +1,116 @@
+//! Postfix terms to code: names bound, constants folded, the depth of the value stack bounded.
+
+use super::evaluate::{Operation, STACK};
+use super::function::{Binary, Function, Unary};
+use super::parse::{Parsed, Term};
+use super::real::Real;
+use super::{Formula, FormulaError};
+
+/// Most operations of a formula. Text alone stays below it; formulas put into formulas may multiply without bound.
+const LONGEST: usize = 4096;
+
+/// What a free name stands for.
+#[derive(Clone, Debug)]
+pub enum Operand {
+    /// A number, folded into the code.
+    Constant(f64),
+    /// The value at this index of the slots that the formula will be evaluated on.
+    Slot(usize),
+    /// A formula over the same slots, put in place of the name: a named sub-expression.
+    Formula(Formula),
+}
+
+/// Compiles a parsed formula.
+///
+/// # Errors
+/// See [`Expression::compile`](super::Expression::compile).
+pub(super) fn compile(
+    parsed: &Parsed,
+    mut resolve: impl FnMut(&str) -> Option<Operand>,
+) -> Result<Formula, FormulaError> {
+    let mut operands = Vec::with_capacity(parsed.names.len());
+    for name in &parsed.names {
+        let unknown = || FormulaError::new(name.offset, format!("expected a known name, found '{}'", name.text));
+        operands.push(resolve(&name.text).ok_or_else(unknown)?);
+    }
+    let mut compiler = Compiler::default();
+    for &(offset, term) in &parsed.terms {
+        match term {
+            Term::Number(value) => compiler.operand(&[Operation::Constant(value)], 1),
+            Term::Name(index) => match &operands[index] {
+                Operand::Constant(value) => compiler.operand(&[Operation::Constant(*value)], 1),
+                Operand::Slot(slot) => compiler.operand(&[Operation::Slot(*slot)], 1),
+                Operand::Formula(formula) => compiler.operand(&formula.code, formula.depth),
+            },
+            Term::Apply(Function::Unary(unary)) => compiler.unary(unary),
+            Term::Apply(Function::Binary(binary)) => compiler.binary(binary),
+        }
+        compiler.check(offset)?;
+    }
+    let depth = compiler.parts.last().map_or(0, |part| part.depth);
+    Ok(Formula { code: compiler.code.into(), depth })
+}
+
+/// A stretch of code that leaves one value on the stack; it ends where the next one starts.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    start: usize,
+    /// Values that the stack holds at most while the part runs.
+    depth: usize,
+}
+
+#[derive(Debug, Default)]
+struct Compiler {
+    code: Vec<Operation>,
+    /// The operands that wait for their operation.
+    parts: Vec<Part>,
+}
+
+impl Compiler {
+    fn operand(&mut self, code: &[Operation], depth: usize) {
+        self.parts.push(Part { start: self.code.len(), depth });
+        self.code.extend_from_slice(code);
+    }
+
+    fn unary(&mut self, unary: Unary) {
+        let operand = self.parts[self.parts.len() - 1];
+        if let [Operation::Constant(value)] = self.code[operand.start..] {
+            self.code[operand.start] = Operation::Constant(value.unary(unary));
+        } else {
+            self.code.push(Operation::Unary(unary));
+        }
+    }
+
+    fn binary(&mut self, binary: Binary) {
+        // The parser emits an operation behind its operands, so both are there.
+        let (left, right) = (self.parts[self.parts.len() - 2], self.parts[self.parts.len() - 1]);
+        self.parts.truncate(self.parts.len() - 2);
+        let depth = if let [Operation::Constant(first), Operation::Constant(second)] = self.code[left.start..] {
+            self.code.truncate(left.start);
+            self.code.push(Operation::Constant(first.binary(binary, second)));
+            1
+        } else {
+            self.code.push(Operation::Binary(binary));
+            // The left value waits on the stack while the right one is computed.
+            left.depth.max(right.depth + 1)
+        };
+        self.parts.push(Part { start: left.start, depth });
+    }
+
+    fn check(&self, offset: usize) -> Result<(), FormulaError> {
+        if self.code.len() > LONGEST {
+            let message =
+                format!("expected at most {LONGEST} operations, named parts included, found {}", self.code.len());
+            return Err(FormulaError::new(offset, message));
+        }
+        let depth = self.parts.last().map_or(0, |part| part.depth);
+        if depth > STACK {
+            let message = format!(
+                "expected at most {STACK} intermediate results at a time, found {depth}; \
+                 write the deeply nested operand of a sum or product in front of the simple one"
+            );
+            return Err(FormulaError::new(offset, message));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,249 @@
+//! Automatic differentiation in time: values that carry their first three derivatives along.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::function::{Binary, Unary};
+use super::real::{Real, power, sign, signed_power, takes_right};
+
+/// A function of time at one instant: its value and its first three time derivatives.
+///
+/// These are plain derivatives, not Taylor coefficients. Units are those of the value over s, s^2 and s^3.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jet {
+    /// The value.
+    pub value: f64,
+    /// The first derivative.
+    pub rate: f64,
+    /// The second derivative.
+    pub acceleration: f64,
+    /// The third derivative.
+    pub jerk: f64,
+}
+
+impl Jet {
+    /// A value that does not change.
+    pub fn constant(value: f64) -> Jet {
+        Self { value, ..Self::default() }
+    }
+
+    /// Time itself, at `t` seconds.
+    pub fn time(t: f64) -> Jet {
+        Self { value: t, rate: 1.0, ..Self::default() }
+    }
+
+    fn is_constant(self) -> bool {
+        self.rate == 0.0 && self.acceleration == 0.0 && self.jerk == 0.0
+    }
+
+    /// The jet of g(self), given g and its first three derivatives at the value (formula of Faà di Bruno).
+    fn chain(self, [value, first, second, third]: [f64; 4]) -> Jet {
+        let rate = self.rate;
+        Jet {
+            value,
+            rate: first * rate,
+            acceleration: second * rate * rate + first * self.acceleration,
+            jerk: third * rate * rate * rate + 3.0 * second * rate * self.acceleration + first * self.jerk,
+        }
+    }
+
+    /// The absolute value, of slope 0 in the corner.
+    fn absolute(self) -> Jet {
+        if self.value < 0.0 {
+            -self
+        } else if self.value == 0.0 {
+            Jet::constant(0.0)
+        } else {
+            self
+        }
+    }
+
+    fn arctangent2(self, abscissa: Jet) -> Jet {
+        let (y, x) = (self, abscissa);
+        // The rate of the angle is the quotient of these two; its derivatives follow from theirs.
+        let numerator = [
+            x.value * y.rate - y.value * x.rate,
+            x.value * y.acceleration - y.value * x.acceleration,
+            x.rate * y.acceleration + x.value * y.jerk - y.rate * x.acceleration - y.value * x.jerk,
+        ];
+        let denominator = x * x + y * y;
+        let quotient =
+            Jet { value: numerator[0], rate: numerator[1], acceleration: numerator[2], jerk: 0.0 } / denominator;
+        Jet {
+            value: y.value.binary(Binary::Arctangent2, x.value),
+            rate: quotient.value,
+            acceleration: quotient.rate,
+            jerk: quotient.acceleration,
+        }
+    }
+
+    /// A power, or, if `signed`, sign(self) * |self|^exponent.
+    fn power(self, exponent: Jet, signed: bool) -> Jet {
+        let derivative = |order: u8, base: f64, exponent: f64| match (signed, order % 2) {
+            (false, _) => power(base, exponent),
+            (true, 0) => signed_power(base, exponent),
+            // The derivative of an odd function is even.
+            (true, _) => power(base.abs(), exponent),
+        };
+        let value = derivative(0, self.value, exponent.value);
+        if !exponent.is_constant() {
+            if self.is_constant() && self.value == 0.0 {
+                // 0 to any power; the general rule would multiply 0 by the infinite logarithm.
+                return Jet::constant(value);
+            }
+            let base = if signed { self.absolute() } else { self };
+            return (exponent * base.unary(Unary::Logarithm)).chain([value; 4]);
+        }
+        let mut factor = 1.0;
+        let mut derivatives = [value; 4];
+        for order in 1..=3 {
+            factor *= exponent.value - f64::from(order - 1);
+            if factor == 0.0 {
+                // So is the derivative, even where the lowered power is infinite.
+                derivatives[usize::from(order)] = 0.0;
+            } else {
+                let lowered = exponent.value - f64::from(order);
+                derivatives[usize::from(order)] = factor * derivative(order, self.value, lowered);
+            }
+        }
+        self.chain(derivatives)
+    }
+}
+
+impl Real for Jet {
+    fn constant(value: f64) -> Self {
+        Jet::constant(value)
+    }
+
+    fn unary(self, operation: Unary) -> Self {
+        let x = self.value;
+        let value = x.unary(operation);
+        if self.is_constant() {
+            // An infinite derivative, as that of the square root at 0, must not spoil a constant.
+            return Jet::constant(value);
+        }
+        match operation {
+            Unary::Negate => -self,
+            Unary::Sine => {
+                let cosine = libm::cos(x);
+                self.chain([value, cosine, -value, -cosine])
+            }
+            Unary::Cosine => {
+                let sine = libm::sin(x);
+                self.chain([value, -sine, -value, sine])
+            }
+            Unary::Tangent => {
+                let slope = 1.0 + value * value;
+                self.chain([value, slope, 2.0 * value * slope, slope * (2.0 + 6.0 * value * value)])
+            }
+            Unary::Arcsine | Unary::Arccosine => {
+                let square = (1.0 - x) * (1.0 + x);
+                let slope = if operation == Unary::Arcsine { 1.0 } else { -1.0 } / square.sqrt();
+                self.chain([value, slope, slope * x / square, slope * (1.0 + 2.0 * x * x) / (square * square)])
+            }
+            Unary::Arctangent => {
+                let slope = 1.0 / (1.0 + x * x);
+                let second = -2.0 * x * slope * slope;
+                self.chain([value, slope, second, (6.0 * x * x - 2.0) * slope * slope * slope])
+            }
+            Unary::HyperbolicSine => {
+                let cosine = libm::cosh(x);
+                self.chain([value, cosine, value, cosine])
+            }
+            Unary::HyperbolicCosine => {
+                let sine = libm::sinh(x);
+                self.chain([value, sine, value, sine])
+            }
+            Unary::HyperbolicTangent => {
+                let slope = (1.0 - value) * (1.0 + value);
+                self.chain([value, slope, -2.0 * value * slope, slope * (6.0 * value * value - 2.0)])
+            }
+            Unary::Exponential => self.chain([value; 4]),
+            Unary::Logarithm => self.chain([value, 1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x)]),
+            Unary::SquareRoot => {
+                let slope = 0.5 / value;
+                self.chain([value, slope, -0.5 * slope / x, 0.75 * slope / (x * x)])
+            }
+            Unary::Absolute => self.absolute(),
+            Unary::Sign => Jet::constant(sign(x)),
+        }
+    }
+
+    fn binary(self, operation: Binary, right: Self) -> Self {
+        if self.is_constant() && right.is_constant() {
+            return Jet::constant(self.value.binary(operation, right.value));
+        }
+        match operation {
+            Binary::Add => self + right,
+            Binary::Subtract => self - right,
+            Binary::Multiply => self * right,
+            Binary::Divide => self / right,
+            Binary::Power => self.power(right, false),
+            Binary::SignedPower => self.power(right, true),
+            Binary::Arctangent2 => self.arctangent2(right),
+            Binary::Minimum | Binary::Maximum if takes_right(operation, self.value, right.value) => right,
+            Binary::Minimum | Binary::Maximum => self,
+        }
+    }
+}
+
+impl Neg for Jet {
+    type Output = Jet;
+
+    fn neg(self) -> Jet {
+        Jet { value: -self.value, rate: -self.rate, acceleration: -self.acceleration, jerk: -self.jerk }
+    }
+}
+
+impl Add for Jet {
+    type Output = Jet;
+
+    fn add(self, right: Jet) -> Jet {
+        Jet {
+            value: self.value + right.value,
+            rate: self.rate + right.rate,
+            acceleration: self.acceleration + right.acceleration,
+            jerk: self.jerk + right.jerk,
+        }
+    }
+}
+
+impl Sub for Jet {
+    type Output = Jet;
+
+    fn sub(self, right: Jet) -> Jet {
+        Jet {
+            value: self.value - right.value,
+            rate: self.rate - right.rate,
+            acceleration: self.acceleration - right.acceleration,
+            jerk: self.jerk - right.jerk,
+        }
+    }
+}
+
+impl Mul for Jet {
+    type Output = Jet;
+
+    fn mul(self, right: Jet) -> Jet {
+        let (a, b) = (self, right);
+        Jet {
+            value: a.value * b.value,
+            rate: a.rate * b.value + a.value * b.rate,
+            acceleration: a.acceleration * b.value + 2.0 * a.rate * b.rate + a.value * b.acceleration,
+            jerk: a.jerk * b.value + 3.0 * a.acceleration * b.rate + 3.0 * a.rate * b.acceleration + a.value * b.jerk,
+        }
+    }
+}
+
+impl Div for Jet {
+    type Output = Jet;
+
+    // Each derivative of quotient * right = self, solved for the highest derivative of the quotient.
+    fn div(self, right: Jet) -> Jet {
+        let (a, b) = (self, right);
+        let value = a.value / b.value;
+        let rate = (a.rate - value * b.rate) / b.value;
+        let acceleration = (a.acceleration - 2.0 * rate * b.rate - value * b.acceleration) / b.value;
+        let jerk = (a.jerk - 3.0 * acceleration * b.rate - 3.0 * rate * b.acceleration - value * b.jerk) / b.value;
+        Jet { value, rate, acceleration, jerk }
+    }
+}

@@ -1,0 +1,42 @@
+//! Formulas of scenario files: text to postfix code, evaluated on numbers or on truncated Taylor series.
+//!
+//! A scenario writes references, disturbances and derived parameters as text, `"3*cos(0.08*t + (i-1)*pi/3)"`.
+//! [`Expression::parse`] reads it, [`Expression::compile`] binds its names to constants, slots of an input array or
+//! other formulas, and the [`Formula`] that results is evaluated inside an integration stage without allocating:
+//! [`Formula::evaluate`] on numbers, [`Formula::evaluate_jet`] on [`Jet`]s, which carry three exact time derivatives.
+//!
+//! # Language
+//!
+//! | what            | how                                                                                          |
+//! |-----------------|----------------------------------------------------------------------------------------------|
+//! | numbers         | `1`, `0.5`, `1e-3`, and `pi`                                                                 |
+//! | names           | letters, digits and `_`, not starting with a digit                                           |
+//! | operators       | `+ -`, then `* /`, then unary `-`, then `^`, which associates to the right: `-x^2 = -(x^2)`  |
+//! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`; `sign(0) = 0`              |
+//! | two arguments   | `atan2(y,x)`, `min`, `max`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                |
+//!
+//! # Reproducibility
+//!
+//! A formula gives the same bits on every machine: operations run in the order in which they are written, products
+//! are not fused into sums, and every transcendental function comes from the `libm` crate. A power whose exponent has
+//! one of the values 0 to 8 is a repeated multiplication, whether that exponent was written as a number or came from a
+//! slot, so that folding constants never changes a result.
+
+mod compile;
+mod error;
+mod evaluate;
+mod expression;
+mod function;
+mod jet;
+mod parse;
+mod real;
+mod token;
+
+#[cfg(test)]
+mod tests;
+
+pub use compile::Operand;
+pub use error::FormulaError;
+pub use evaluate::Formula;
+pub use expression::Expression;
+pub use jet::Jet;

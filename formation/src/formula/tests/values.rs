@@ -1,0 +1,133 @@
+//! What formulas evaluate to.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+
+use super::{components, formula, jet, same_bits};
+use crate::formula::{Expression, Jet, Operand};
+
+const NAMES: [&str; 4] = ["a", "b", "c", "d"];
+
+type Closure = fn([f64; 4]) -> f64;
+
+/// Formulas and what they must give, bit for bit.
+const CLOSURES: [(&str, Closure); 14] = [
+    ("3*cos(0.08*a + (b-1)*pi/3)", |[a, b, ..]| 3.0 * libm::cos(0.08 * a + (b - 1.0) * PI / 3.0)),
+    ("0.5*sin(a) + tanh(a) - 1.4*exp(-abs(b) - 1)", |[a, b, ..]| {
+        0.5 * libm::sin(a) + libm::tanh(a) - 1.4 * libm::exp(-b.abs() - 1.0)
+    }),
+    ("((a-b)/c)*d*a", |[a, b, c, d]| ((a - b) / c) * d * a),
+    ("a - b - c + d", |[a, b, c, d]| a - b - c + d),
+    ("a/b/c*d", |[a, b, c, d]| a / b / c * d),
+    ("-a^2 + b^3", |[a, b, ..]| -(a * a) + b * b * b),
+    ("a^8 - a^9", |[a, ..]| a * a * a * a * a * a * a * a - libm::pow(a, 9.0)),
+    ("abs(a)^0.5 + b^-2", |[a, b, ..]| libm::pow(a.abs(), 0.5) + libm::pow(b, -2.0)),
+    ("sig(a, 0.5) + sig(b, 3)", |[a, b, ..]| {
+        a.signum() * libm::pow(a.abs(), 0.5) + b.signum() * (b.abs() * b.abs() * b.abs())
+    }),
+    ("atan2(a, b) + atan(c)", |[a, b, c, _]| libm::atan2(a, b) + libm::atan(c)),
+    ("asin(a/3) - acos(b/3)*tan(c)", |[a, b, c, _]| libm::asin(a / 3.0) - libm::acos(b / 3.0) * libm::tan(c)),
+    ("sinh(a) + cosh(b)", |[a, b, ..]| libm::sinh(a) + libm::cosh(b)),
+    ("sqrt(abs(a)) + ln(abs(b))", |[a, b, ..]| a.abs().sqrt() + libm::log(b.abs())),
+    ("min(a, b)*max(c, d) + sign(a)", |[a, b, c, d]| a.min(b) * c.max(d) + a.signum()),
+];
+
+/// Formulas of the four names, without numbers, so that nothing folds while all four are slots.
+fn any_formula() -> impl Strategy<Value = String> {
+    let unary = "(-|sin|cos|tan|asin|acos|atan|sinh|cosh|tanh|exp|ln|sqrt|abs|sign)";
+    "[abcd]".prop_recursive(6, 40, 2, move |inner| {
+        prop_oneof![
+            (inner.clone(), "[-+*/^]", inner.clone())
+                .prop_map(|(left, operator, right)| format!("({left}{operator}{right})")),
+            (unary, inner.clone()).prop_map(|(name, argument)| format!("{name}({argument})")),
+            ("(atan2|min|max|sig)", inner.clone(), inner)
+                .prop_map(|(name, first, second)| format!("{name}({first}, {second})")),
+        ]
+    })
+}
+
+fn any_values() -> impl Strategy<Value = [f64; 4]> {
+    let special = prop::sample::select(vec![0.0, -0.0, 1.0, 2.0, 3.0, -1.0, 1e300, f64::INFINITY, f64::NAN]);
+    prop::array::uniform4(prop_oneof![3 => -3.0..3.0, 1 => special])
+}
+
+#[test]
+fn sign_and_sig_vanish_at_zero() {
+    let value = |text: &str, x: f64| formula(text, &["x"]).evaluate(&[x]);
+    for zero in [0.0, -0.0] {
+        for text in ["sign(x)", "sig(x, 0.5)", "sig(x, 0)", "sig(x, -1)", "sig(x, 2)", "sig(x, x)"] {
+            assert_eq!(value(text, zero).to_bits(), 0.0_f64.to_bits(), "{text} at {zero}");
+        }
+    }
+    assert_eq!((value("sign(x)", -0.1), value("sign(x)", 7.0)), (-1.0, 1.0));
+    assert_eq!((value("sig(x, 2)", -3.0), value("sig(x, 0.5)", -4.0)), (-9.0, -2.0));
+}
+
+#[test]
+fn nothing_hides_what_is_not_a_number() {
+    for text in ["min(x, 1)", "min(1, x)", "max(x, 1)", "max(1, x)", "sign(x)", "abs(x)", "sig(x, 2)"] {
+        assert!(formula(text, &["x"]).evaluate(&[f64::NAN]).is_nan(), "{text}");
+    }
+}
+
+#[test]
+fn constants_and_slots_can_be_asked_for() {
+    let expression = Expression::parse("2*gain + 1").unwrap();
+    let folded = expression.compile(|_| Some(Operand::Constant(3.0))).unwrap();
+    assert_eq!((folded.as_constant(), folded.uses_slot(0)), (Some(7.0), false));
+    let open = expression.compile(|_| Some(Operand::Slot(5))).unwrap();
+    assert_eq!((open.as_constant(), open.uses_slot(5), open.uses_slot(4)), (None, true, false));
+    // A sub-expression that is constant folds on.
+    let outer = Expression::parse("f^2").unwrap().compile(|_| Some(Operand::Formula(folded.clone()))).unwrap();
+    assert_eq!(outer.as_constant(), Some(49.0));
+}
+
+proptest! {
+    #[test]
+    fn formulas_are_what_a_programmer_would_write(values in prop::array::uniform4(-3.0..3.0)) {
+        for (text, closure) in CLOSURES {
+            let (found, expected) = (formula(text, &NAMES).evaluate(&values), closure(values));
+            prop_assert!(same_bits(found, expected), "{text}: {found:e}, not {expected:e}");
+        }
+    }
+
+    #[test]
+    fn folding_changes_no_bit(text in any_formula(), values in any_values(), folded in any::<[bool; 4]>()) {
+        let plain = formula(&text, &NAMES);
+        let resolve = |name: &str| {
+            let index = NAMES.iter().position(|known| *known == name)?;
+            Some(if folded[index] { Operand::Constant(values[index]) } else { Operand::Slot(index) })
+        };
+        let partly = Expression::parse(&text).unwrap().compile(resolve).unwrap();
+        prop_assert!(same_bits(plain.evaluate(&values), partly.evaluate(&values)));
+        let slots: [Jet; 4] = std::array::from_fn(|index| match folded[index] {
+            true => Jet::constant(values[index]),
+            false => jet(values[index], 1.5, -0.5, 0.25),
+        });
+        let pairs = components(plain.evaluate_jet(&slots)).into_iter().zip(components(partly.evaluate_jet(&slots)));
+        for (first, second) in pairs {
+            prop_assert!(same_bits(first, second), "{first:e} and {second:e}");
+        }
+    }
+
+    #[test]
+    fn jets_have_the_value_of_numbers(text in any_formula(), values in any_values()) {
+        let formula = formula(&text, &NAMES);
+        let jets = values.map(|value| jet(value, 1.0, 2.0, 3.0));
+        let (number, value) = (formula.evaluate(&values), formula.evaluate_jet(&jets).value);
+        prop_assert!(same_bits(number, value), "{number:e} and {value:e}");
+    }
+
+    #[test]
+    fn a_named_part_is_as_good_as_its_value(outer in any_formula(), inner in any_formula(), values in any_values()) {
+        let part = formula(&inner, &NAMES);
+        let resolve = |name: &str| match name {
+            "a" => Some(Operand::Formula(part.clone())),
+            _ => NAMES.iter().position(|known| *known == name).map(Operand::Slot),
+        };
+        let found = Expression::parse(&outer).unwrap().compile(resolve).unwrap().evaluate(&values);
+        let expected = formula(&outer, &NAMES).evaluate(&[part.evaluate(&values), values[1], values[2], values[3]]);
+        prop_assert!(same_bits(found, expected), "{found:e}, not {expected:e}");
+    }
+}

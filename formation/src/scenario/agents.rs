@@ -1,0 +1,211 @@
+//! The rows of the table `agents`.
+
+use serde::Deserialize;
+
+use crate::config::{Node, Problems, read};
+use crate::vehicle::{Drive, Omni, Quadcopter, Vehicle};
+
+/// An agent: its vehicle as it is, as the controllers know it, and where it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Agent {
+    /// Number from 1, its place in the table.
+    pub number: u32,
+    /// The `i` of formulas: the number, unless the scenario says otherwise.
+    pub id: u32,
+    /// The vehicle that the plant integrates.
+    pub vehicle: Vehicle,
+    /// The vehicle as observers and controllers know it.
+    pub nominal: Vehicle,
+    /// Initial coordinates.
+    pub position: Vec<f64>,
+    /// Initial velocities; zeros for vehicles of order 1.
+    pub velocity: Vec<f64>,
+    /// Initial estimate of the coordinates.
+    pub estimate: Vec<f64>,
+    /// Initial estimate of the velocities.
+    pub estimate_velocity: Vec<f64>,
+}
+
+/// `[vehicle]`: what all agents have in common.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VehicleSection {
+    kind: VehicleKind,
+    #[serde(default)]
+    order: Option<u32>,
+    /// Every input is clipped to [-UM, UM] by the actuators.
+    #[serde(rename = "UM")]
+    pub(super) input_limit: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum VehicleKind {
+    Omni,
+    Integrator,
+    Quadcopter,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    id: Option<u32>,
+    position: Vec<f64>,
+    velocity: Option<Vec<f64>>,
+    estimate: Option<Vec<f64>>,
+    estimate_velocity: Option<Vec<f64>>,
+    order: Option<u32>,
+    m: Option<f64>,
+    #[serde(rename = "R")]
+    radius: Option<f64>,
+    #[serde(rename = "R_hat")]
+    radius_known: Option<f64>,
+    #[serde(rename = "I")]
+    inertia: Option<f64>,
+    fric: Option<f64>,
+    #[serde(rename = "Jx")]
+    inertia_x: Option<f64>,
+    #[serde(rename = "Jy")]
+    inertia_y: Option<f64>,
+    #[serde(rename = "Jz")]
+    inertia_z: Option<f64>,
+    #[serde(rename = "K")]
+    drag: Option<f64>,
+    upsilon: Option<f64>,
+}
+
+/// Reads the rows; what is wrong goes to `problems`.
+pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut Problems) -> Vec<Agent> {
+    let Some(rows) = root.at("agents").and_then(Node::as_array) else {
+        problems.at(root, "agents", "expected a list of tables, one per agent");
+        return Vec::new();
+    };
+    if rows.is_empty() {
+        problems.at(root, "agents", "expected at least one agent");
+    }
+    let mut agents = Vec::new();
+    for (index, node) in rows.iter().enumerate() {
+        let path = format!("agents.{}", index + 1);
+        let Some(row) = read::<Row>(node, &path, problems) else { continue };
+        let mut reader = RowReader { row: &row, section, problems, root, path };
+        if let Some(agent) = reader.agent(index as u32 + 1) {
+            agents.push(agent);
+        }
+    }
+    agents
+}
+
+struct RowReader<'a> {
+    row: &'a Row,
+    section: &'a VehicleSection,
+    problems: &'a mut Problems,
+    root: &'a Node,
+    path: String,
+}
+
+impl RowReader<'_> {
+    fn agent(&mut self, number: u32) -> Option<Agent> {
+        let vehicle = self.vehicle()?;
+        let nominal = self.nominal(&vehicle);
+        let length = vehicle.coordinates();
+        let position = self.values("position", Some(&self.row.position), length)?;
+        let velocity = self.values("velocity", self.row.velocity.as_deref(), length)?;
+        let estimate = match self.row.estimate.as_deref() {
+            Some(values) => self.values("estimate", Some(values), length)?,
+            None => position.clone(),
+        };
+        let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_deref(), length)?;
+        let id = self.row.id.unwrap_or(number);
+        Some(Agent { number, id, vehicle, nominal, position, velocity, estimate, estimate_velocity })
+    }
+
+    fn vehicle(&mut self) -> Option<Vehicle> {
+        match self.section.kind {
+            VehicleKind::Quadcopter => {
+                let quadcopter = Quadcopter {
+                    mass: self.positive("m", self.row.m),
+                    arm: self.positive("R", self.row.radius),
+                    inertia: [
+                        self.positive("Jx", self.row.inertia_x),
+                        self.positive("Jy", self.row.inertia_y),
+                        self.positive("Jz", self.row.inertia_z),
+                    ],
+                    drag: self.row.drag.unwrap_or(0.0),
+                    torque_factor: self.positive("upsilon", self.row.upsilon),
+                };
+                Some(Vehicle::Quadcopter(quadcopter))
+            }
+            VehicleKind::Integrator => Some(Vehicle::Omni(Omni {
+                drive: Drive::Acceleration,
+                radius: self.row.radius.unwrap_or(1.0),
+                mass: self.row.m.unwrap_or(1.0),
+                inertia: self.row.inertia.unwrap_or(1.0),
+                friction: self.row.fric.unwrap_or(0.0),
+            })),
+            VehicleKind::Omni => self.omni(),
+        }
+    }
+
+    fn omni(&mut self) -> Option<Vehicle> {
+        let drive = match self.row.order.or(self.section.order) {
+            Some(1) => Drive::Speed,
+            Some(2) => Drive::Force,
+            Some(other) => {
+                self.report("order", format!("expected 1 (wheel speeds) or 2 (wheel forces), found {other}"));
+                return None;
+            }
+            None => {
+                self.report("order", "missing: 1 (wheel speeds) or 2 (wheel forces), here or in `[vehicle]`".into());
+                return None;
+            }
+        };
+        let radius = self.positive("R", self.row.radius);
+        let (mass, inertia) = match drive {
+            Drive::Force => (self.positive("m", self.row.m), self.positive("I", self.row.inertia)),
+            _ => (self.row.m.unwrap_or(1.0), self.row.inertia.unwrap_or(1.0)),
+        };
+        Some(Vehicle::Omni(Omni { drive, radius, mass, inertia, friction: self.row.fric.unwrap_or(0.0) }))
+    }
+
+    fn nominal(&mut self, vehicle: &Vehicle) -> Vehicle {
+        match (vehicle, self.row.radius_known) {
+            (Vehicle::Omni(omni), Some(known)) => {
+                let radius = self.positive("R_hat", Some(known));
+                Vehicle::Omni(Omni { radius, ..omni.clone() })
+            }
+            _ => vehicle.clone(),
+        }
+    }
+
+    /// A parameter > 0; a dummy if it is missing or not admissible, which is reported.
+    fn positive(&mut self, field: &str, value: Option<f64>) -> f64 {
+        match value {
+            Some(value) if value.is_finite() && value > 0.0 => return value,
+            Some(value) => self.report(field, format!("expected a number > 0, found {value}")),
+            None => self.report(field, format!("missing field `{field}`, which this vehicle needs")),
+        }
+        1.0
+    }
+
+    /// Values of all coordinates. Fewer than there are mean that the rest (a quadcopter's angles) is 0.
+    fn values(&mut self, field: &str, values: Option<&[f64]>, length: usize) -> Option<Vec<f64>> {
+        let mut values = values.unwrap_or_default().to_vec();
+        let accepted =
+            values.is_empty() && field != "position" || values.len() == length || length == 6 && values.len() == 3;
+        if !accepted {
+            let expected = if length == 6 { "3 or 6".to_string() } else { length.to_string() };
+            self.report(field, format!("expected {expected} values, found {}", values.len()));
+            return None;
+        }
+        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+            self.report(field, format!("expected finite numbers, found {value}"));
+            return None;
+        }
+        values.resize(length, 0.0);
+        Some(values)
+    }
+
+    fn report(&mut self, field: &str, message: String) {
+        self.problems.at(self.root, &format!("{}.{field}", self.path), message);
+    }
+}

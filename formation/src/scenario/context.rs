@@ -1,0 +1,214 @@
+//! What every component of a run may know of its scenario.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::agents::{VehicleSection, read_agents};
+use super::formulas::Formulas;
+use super::{Agent, Timing};
+use crate::config::{Node, PerAgent, Problems, read};
+use crate::formula::Formula;
+use crate::math::Topology;
+
+/// The parts of a scenario that are not parameters of one component.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// The agents in order.
+    pub agents: Vec<Agent>,
+    /// Who receives from whom.
+    pub topology: Topology,
+    /// Links that appear when agents come close, if the scenario has any.
+    pub proximity: Option<Proximity>,
+    /// The clock.
+    pub timing: Timing,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Every input is clipped to [-limit, limit]; `None`: not at all.
+    pub input_limit: Option<f64>,
+    /// Named numbers of the scenario, for formulas.
+    pub parameters: BTreeMap<String, f64>,
+    /// For each agent, the formulas of its reference coordinates over the slot 0 = t.
+    pub reference: Vec<Vec<Formula>>,
+    /// For each agent, what disturbs it.
+    pub disturbance: Vec<Disturbance>,
+}
+
+/// The disturbance of an agent: formulas over the slots t, coordinates, velocities.
+#[derive(Clone, Debug, Default)]
+pub struct Disturbance {
+    /// Added where the input acts: to the acceleration, or to the velocity of a vehicle of order 1. Empty if there is none.
+    pub matched: Vec<Formula>,
+    /// Added to the velocity of a vehicle of order 2. Empty if there is none.
+    pub mismatched: Vec<Formula>,
+}
+
+/// A link between agents that are close to each other: `a2(z) = f_max / (1 + exp(f_slope (z - f_mid)))`. (4.2)
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Proximity {
+    /// Range of communication, m.
+    #[serde(rename = "Rc")]
+    pub range: f64,
+    /// Largest weight.
+    pub f_max: f64,
+    /// Steepness, 1/m.
+    pub f_slope: f64,
+    /// Distance of half the weight, m.
+    pub f_mid: f64,
+}
+
+impl Proximity {
+    /// Weight of the link between agents at distance `z`, in m.
+    pub fn weight(&self, z: f64) -> f64 {
+        if z <= self.range { self.f_max / (1.0 + libm::exp(self.f_slope * (z - self.f_mid))) } else { 0.0 }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TopologySection {
+    #[serde(rename = "A")]
+    adjacency: Option<Vec<Vec<f64>>>,
+    b: PerAgent,
+    proximity: Option<Proximity>,
+}
+
+impl Context {
+    /// Number of coordinates of every reference: 3 for all schemes of the thesis.
+    pub const REFERENCE_COORDINATES: usize = 3;
+
+    /// Reads everything; what is wrong goes to `problems`.
+    pub(super) fn read(root: &Node, problems: &mut Problems) -> Option<Self> {
+        let timing = section::<Timing>(root, "timing", problems);
+        if let Some(timing) = &timing {
+            for (field, message) in timing.findings() {
+                problems.at(root, &format!("timing.{field}"), message);
+            }
+        }
+        let seed = match root.at("seed") {
+            Some(node) => read::<u64>(node, "seed", problems).unwrap_or(0),
+            None => 0,
+        };
+        let parameters = match root.at("parameters") {
+            Some(node) => read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default(),
+            None => BTreeMap::new(),
+        };
+        let vehicle = section::<VehicleSection>(root, "vehicle", problems)?;
+        if let Some(limit) = vehicle.input_limit.filter(|limit| !(*limit > 0.0)) {
+            problems.at(root, "vehicle.UM", format!("expected a limit > 0, found {limit}"));
+        }
+        let agents = read_agents(root, &vehicle, problems);
+        let (topology, proximity) = read_topology(root, &agents, problems)?;
+        let mut context = Self {
+            agents,
+            topology,
+            proximity,
+            timing: timing?,
+            seed,
+            input_limit: vehicle.input_limit,
+            parameters,
+            reference: Vec::new(),
+            disturbance: Vec::new(),
+        };
+        context.compile_reference(root, problems);
+        context.compile_disturbance(root, problems);
+        Some(context)
+    }
+
+    /// Value of a name that does not vary during a run, for the formulas of one agent.
+    fn constant(&self, agent: &Agent, name: &str) -> Option<f64> {
+        match name {
+            "i" => Some(f64::from(agent.id)),
+            "N" => Some(self.agents.len() as f64),
+            _ => self.parameters.get(name).copied().or_else(|| agent.vehicle.parameter(name)),
+        }
+    }
+
+    fn compile_reference(&mut self, root: &Node, problems: &mut Problems) {
+        if root.at("reference.position").is_none() {
+            problems.at(root, "reference", "missing field `position`: a list of formulas of t and i");
+            return;
+        }
+        check_keys(root, "reference", &["position", "define"], problems);
+        let formulas = Formulas { root, section: "reference", variables: vec![("t", 0)] };
+        for agent in &self.agents {
+            let compiled =
+                formulas.compile("position", Self::REFERENCE_COORDINATES, &|name| self.constant(agent, name), problems);
+            match compiled {
+                Some(compiled) => self.reference.push(compiled),
+                None => return,
+            }
+        }
+    }
+
+    fn compile_disturbance(&mut self, root: &Node, problems: &mut Problems) {
+        let keys = ["matched", "matched_first_order", "mismatched", "define"];
+        check_keys(root, "disturbance", &keys, problems);
+        for agent in &self.agents {
+            let vehicle = &agent.vehicle;
+            let length = vehicle.coordinates();
+            let generic: Vec<String> =
+                (1..=length).map(|j| format!("x{j}")).chain((1..=length).map(|j| format!("v{j}"))).collect();
+            let named = vehicle.coordinate_names().iter().chain(vehicle.velocity_names()).copied();
+            let variables = std::iter::once(("t", 0))
+                .chain(named.zip(1..))
+                .chain(generic.iter().map(String::as_str).zip(1..))
+                .collect();
+            let formulas = Formulas { root, section: "disturbance", variables };
+            let before = problems.iter().count();
+            let mut list = |field: &str| {
+                formulas.compile(field, length, &|name| self.constant(agent, name), problems).unwrap_or_default()
+            };
+            let first_order = vehicle.order() == 1 && root.at("disturbance.matched_first_order").is_some();
+            let matched = list(if first_order { "matched_first_order" } else { "matched" });
+            let mismatched = if vehicle.order() == 1 { Vec::new() } else { list("mismatched") };
+            self.disturbance.push(Disturbance { matched, mismatched });
+            if problems.iter().count() > before {
+                return; // the other agents would repeat it
+            }
+        }
+    }
+}
+
+fn section<T: serde::de::DeserializeOwned>(root: &Node, name: &str, problems: &mut Problems) -> Option<T> {
+    match root.at(name) {
+        Some(node) => read(node, name, problems),
+        None => {
+            problems.at(root, "", format!("missing section `[{name}]`"));
+            None
+        }
+    }
+}
+
+fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problems) {
+    let Some(table) = root.at(section).and_then(Node::as_table) else { return };
+    for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+        let hint = crate::config::nearest(name, known.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
+        let message = format!("unknown field, expected one of {}{}", known.join(", "), hint.unwrap_or_default());
+        problems.at(root, &format!("{section}.{name}"), message);
+    }
+}
+
+fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> Option<(Topology, Option<Proximity>)> {
+    let section = section::<TopologySection>(root, "topology", problems)?;
+    let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
+    let reference = match section.b.resolve(agents.len(), &ids) {
+        Ok(reference) => reference,
+        Err(message) => {
+            problems.at(root, "topology.b", message);
+            return None;
+        }
+    };
+    if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
+        problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));
+    }
+    let rows = section.adjacency.unwrap_or_else(|| Topology::ring_rows(agents.len()));
+    match Topology::new(&rows, reference) {
+        Ok(topology) => Some((topology, section.proximity)),
+        Err(message) => {
+            problems.at(root, "topology.A", message);
+            None
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Formulas of a scenario, compiled for each agent.
+
+use crate::config::{Node, Problem, Problems, nearest};
+use crate::formula::{Expression, Formula, Operand};
+
+/// A list of formulas and the names that they may use.
+pub(super) struct Formulas<'a> {
+    /// The whole scenario, for the places of problems.
+    pub(super) root: &'a Node,
+    /// Dotted path of the section that holds `define` and the lists.
+    pub(super) section: &'a str,
+    /// Names that vary during a run: slot k of an evaluation.
+    pub(super) variables: Vec<(&'a str, usize)>,
+}
+
+impl Formulas<'_> {
+    /// Compiles the list `field` of the section for one agent; `constant` gives the values of fixed names.
+    pub(super) fn compile(
+        &self,
+        field: &str,
+        length: usize,
+        constant: &dyn Fn(&str) -> Option<f64>,
+        problems: &mut Problems,
+    ) -> Option<Vec<Formula>> {
+        let path = format!("{}.{field}", self.section);
+        let list = self.root.at(&path)?;
+        let Some(nodes) = list.as_array() else {
+            problems.at(self.root, &path, format!("expected a list of {length} formulas"));
+            return None;
+        };
+        if nodes.len() != length {
+            problems.at(self.root, &path, format!("expected {length} formulas, found {}", nodes.len()));
+            return None;
+        }
+        let defined = self.definitions(constant, problems)?;
+        let formulas = nodes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, node)| self.one(node, &format!("{path}.{}", index + 1), &defined, constant, problems));
+        let formulas: Vec<Formula> = formulas.collect();
+        (formulas.len() == length).then_some(formulas)
+    }
+
+    fn definitions(
+        &self,
+        constant: &dyn Fn(&str) -> Option<f64>,
+        problems: &mut Problems,
+    ) -> Option<Vec<(String, Formula)>> {
+        let path = format!("{}.define", self.section);
+        let mut defined = Vec::new();
+        let Some(node) = self.root.at(&path) else { return Some(defined) };
+        let Some(table) = node.as_table() else {
+            problems.at(self.root, &path, "expected a table of named formulas");
+            return None;
+        };
+        for (name, node) in table.iter() {
+            let formula = self.one(node, &format!("{path}.{name}"), &defined, constant, problems)?;
+            defined.push((name.to_string(), formula));
+        }
+        Some(defined)
+    }
+
+    fn one(
+        &self,
+        node: &Node,
+        path: &str,
+        defined: &[(String, Formula)],
+        constant: &dyn Fn(&str) -> Option<f64>,
+        problems: &mut Problems,
+    ) -> Option<Formula> {
+        let text = match (node.as_str(), node.as_f64()) {
+            (Some(text), _) => text.to_string(),
+            (None, Some(number)) => format!("{number:?}"),
+            (None, None) => {
+                problems.at(self.root, path, "expected a formula, such as \"0.3*sin(t)\"");
+                return None;
+            }
+        };
+        let compiled = Expression::parse(&text).and_then(|expression| {
+            expression.compile(|name| {
+                let slot = self.variables.iter().find(|(variable, _)| *variable == name);
+                let inlined = || defined.iter().rev().find(|(known, _)| known == name);
+                slot.map(|(_, slot)| Operand::Slot(*slot))
+                    .or_else(|| inlined().map(|(_, formula)| Operand::Formula(formula.clone())))
+                    .or_else(|| constant(name).map(Operand::Constant))
+            })
+        });
+        match compiled {
+            Ok(formula) => Some(formula),
+            Err(error) => {
+                let names =
+                    self.variables.iter().map(|(name, _)| *name).chain(defined.iter().map(|(name, _)| name.as_str()));
+                let found: String = text[error.offset.min(text.len())..]
+                    .chars()
+                    .take_while(|c| c.is_alphanumeric() || *c == '_')
+                    .collect();
+                let hint =
+                    nearest(&found, names.chain(["i", "N", "pi"])).map(|name| format!("; did you mean `{name}`?"));
+                let message = format!("{} in \"{text}\"{}", error.message, hint.unwrap_or_default());
+                problems.push(Problem::new(Some(node.origin.clone()), path, message));
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Reading a scenario file.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::overrides::{Override, apply, override_problem};
+use super::{Context, Expectation};
+use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
+use crate::wiring::Role;
+
+/// What the command line chooses: a variant and overrides `PATH=VALUE`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Name of a variant; `None`: the one that the file names.
+    pub variant: Option<String>,
+    /// Overrides in order.
+    pub overrides: Vec<String>,
+}
+
+/// A scenario: complete, and checked as far as no component is concerned.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Its name, `uav`.
+    pub name: String,
+    /// One line.
+    pub title: String,
+    /// Chapter or section of the thesis; empty if none.
+    pub thesis: String,
+    /// The variant that is selected; empty if the file has none.
+    pub variant: String,
+    /// Every variant that the file offers, in order.
+    pub variants: Vec<String>,
+    /// Overrides that were applied.
+    pub overrides: Vec<String>,
+    /// What every component may know.
+    pub context: Context,
+    /// Whether every agent's plant is a participant of its own.
+    pub plant_per_agent: bool,
+    /// Which set of metrics applies; empty if none.
+    pub metrics: String,
+    /// What should come out, by metric.
+    pub expectations: BTreeMap<String, Expectation>,
+    root: Node,
+}
+
+const SECTIONS: &[&str] = &[
+    "name",
+    "title",
+    "thesis",
+    "variant",
+    "variants",
+    "seed",
+    "agents",
+    "timing",
+    "parameters",
+    "vehicle",
+    "topology",
+    "reference",
+    "disturbance",
+    "plant",
+    "planner",
+    "observer",
+    "controller",
+    "metrics",
+    "expect",
+    "claims",
+];
+
+impl Scenario {
+    /// Reads the scenario in `text`; `file` is what messages call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its place.
+    pub fn load(file: &str, text: &str, selection: &Selection) -> Result<Self, Vec<Problem>> {
+        let source = Arc::new(Source { name: file.to_string(), text: text.to_string() });
+        let mut root = Node::parse(source).map_err(|problem| vec![problem])?;
+        let overrides: Result<Vec<Override>, Problem> =
+            selection.overrides.iter().map(|o| Override::parse(o)).collect();
+        let overrides = overrides.map_err(|problem| vec![problem])?;
+        let variants = variant_names(&root);
+        let chosen = overrides.iter().rev().find_map(|o| o.value_of("variant")).or(selection.variant.as_deref());
+        let variant = select_variant(&mut root, chosen, &variants).map_err(|problem| vec![problem])?;
+        let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
+        apply(&mut root, &rest).map_err(|problem| vec![problem])?;
+        Self::read(root, variant, variants, selection)
+    }
+
+    fn read(root: Node, variant: String, variants: Vec<String>, selection: &Selection) -> Result<Self, Vec<Problem>> {
+        let mut problems = Problems::default();
+        check_sections(&root, &mut problems);
+        let text = |name: &str, problems: &mut Problems| match root.at(name) {
+            Some(node) => read::<String>(node, name, problems).unwrap_or_default(),
+            None => String::new(),
+        };
+        let name = text("name", &mut problems);
+        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+            problems.at(&root, "name", "expected a name of letters, digits, `-` and `_`");
+        }
+        let title = text("title", &mut problems);
+        let thesis = text("thesis", &mut problems);
+        let metrics = text("metrics", &mut problems);
+        let expectations = match root.at("expect") {
+            Some(node) => read(node, "expect", &mut problems).unwrap_or_default(),
+            None => BTreeMap::new(),
+        };
+        let plant_per_agent = match root.at("plant.per_agent") {
+            Some(node) => read::<bool>(node, "plant.per_agent", &mut problems).unwrap_or(false),
+            None => false,
+        };
+        check_rates(&root, &mut problems);
+        let context = Context::read(&root, &mut problems);
+        match context {
+            Some(context) if problems.is_empty() => Ok(Self {
+                name,
+                title,
+                thesis,
+                variant,
+                variants,
+                overrides: selection.overrides.clone(),
+                context,
+                plant_per_agent,
+                metrics,
+                expectations,
+                root,
+            }),
+            _ => Err(problems.into_vec()),
+        }
+    }
+
+    /// A section of the effective scenario.
+    pub fn section(&self, name: &str) -> Option<&Node> {
+        self.root.at(name)
+    }
+
+    /// The effective scenario as TOML: the variant and all overrides applied. Loading it again gives this scenario.
+    pub fn to_toml(&self) -> String {
+        self.root.to_toml()
+    }
+
+    /// A problem at `path`, or at the closest place above it that exists.
+    pub fn problem(&self, path: &str, message: impl Into<String>) -> Problem {
+        let mut problems = Problems::default();
+        problems.at(&self.root, path, message);
+        problems.into_vec().remove(0)
+    }
+
+    /// How often a role runs: every so many steps, starting with this one.
+    pub fn rate(&self, role: Role) -> (u64, u64) {
+        let number = |field: &str, default| {
+            let node = self.root.at(&format!("{role}.{field}"));
+            node.and_then(Node::as_i64).and_then(|value| u64::try_from(value).ok()).unwrap_or(default)
+        };
+        (number("every", 1), number("offset", 0))
+    }
+}
+
+fn check_rates(root: &Node, problems: &mut Problems) {
+    for role in Role::ALL {
+        for (field, least) in [("every", 1), ("offset", 0)] {
+            let path = format!("{role}.{field}");
+            let Some(node) = root.at(&path) else { continue };
+            if node.as_i64().is_none_or(|value| value < least || value > 1_000_000) {
+                problems.at(root, &path, format!("expected a whole number of steps >= {least}"));
+            }
+        }
+    }
+}
+
+fn check_sections(root: &Node, problems: &mut Problems) {
+    let Some(table) = root.as_table() else { return };
+    for (name, _) in table.iter().filter(|(name, _)| !SECTIONS.contains(name)) {
+        let hint = nearest(name, SECTIONS.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
+        let message = format!("unknown field, expected one of {}{}", SECTIONS.join(", "), hint.unwrap_or_default());
+        problems.at(root, name, message);
+    }
+}
+
+/// The default variant first: it is the file itself, and needs no table of its own.
+fn variant_names(root: &Node) -> Vec<String> {
+    let default = root.at("variant").and_then(Node::as_str);
+    let mut names: Vec<String> = default.map(str::to_string).into_iter().collect();
+    if let Some(table) = root.at("variants").and_then(Node::as_table) {
+        names.extend(table.iter().map(|(name, _)| name.to_string()).filter(|name| Some(name.as_str()) != default));
+    }
+    names
+}
+
+/// Overlays the variant `chosen`, or the one that the file names, and drops the table of variants.
+fn select_variant(root: &mut Node, chosen: Option<&str>, names: &[String]) -> Result<String, Problem> {
+    let default = root.at("variant").and_then(Node::as_str).unwrap_or_default().to_string();
+    let name = chosen.unwrap_or(&default).to_string();
+    let Some(table) = root.as_table_mut() else { return Ok(name) };
+    let variants = table.remove("variants");
+    if name.is_empty() {
+        return Ok(name);
+    }
+    if !names.contains(&name) {
+        let hint = nearest(&name, names.iter().map(String::as_str)).map(|near| format!("; did you mean `{near}`?"));
+        let expected = if names.is_empty() { "this scenario has none".into() } else { names.join(", ") };
+        let message = format!("no variant is called `{name}`, expected one of: {expected}{}", hint.unwrap_or_default());
+        return Err(match (chosen, table.get("variant")) {
+            (None, Some(node)) => Problem::new(Some(node.origin.clone()), "variant", message),
+            _ => override_problem(&format!("variant={name}"), &message),
+        });
+    }
+    if name != default {
+        // The bands of the file are those of its default variant.
+        table.remove("expect");
+        table.insert("variant", Node::from_override(Value::String(name.clone()), "variant"));
+    }
+    if let Some(overlay) = variants.and_then(|mut node| node.as_table_mut().and_then(|table| table.remove(&name))) {
+        root.overlay(overlay)?;
+    }
+    Ok(name)
+}

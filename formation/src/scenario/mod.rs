@@ -1,0 +1,18 @@
+//! Scenario files: what they say, checked and complete.
+//!
+//! [`Scenario::load`] reads a file, overlays a variant and the overrides of the command line, and checks everything that does
+//! not depend on a component. [`Assembly`](crate::wiring::Assembly) then reads the components and connects them.
+
+mod agents;
+mod context;
+mod expectation;
+mod formulas;
+mod load;
+mod overrides;
+mod timing;
+
+pub use agents::Agent;
+pub use context::{Context, Disturbance, Proximity};
+pub use expectation::Expectation;
+pub use load::{Scenario, Selection};
+pub use timing::Timing;

@@ -1,0 +1,191 @@
+//! Overrides of the command line: short names, whole columns of the agents, and paths.
+
+use crate::config::{Node, Origin, Problem, Value, nearest};
+
+/// Names of the thesis and of its specifications for fields that are called otherwise here.
+const ALIASES: &[(&str, &str)] = &[
+    ("T", "timing.duration"),
+    ("duration", "timing.duration"),
+    ("dt", "timing.dt"),
+    ("x0", "agents.*.position"),
+    ("v0", "agents.*.velocity"),
+    ("xhat0", "agents.*.estimate"),
+    ("vhat0", "agents.*.estimate_velocity"),
+    ("Rhat", "agents.*.R_hat"),
+    ("ids", "agents.*.id"),
+    ("A1", "topology.A"),
+];
+
+/// An override `PATH=VALUE` as the user wrote it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Override<'a> {
+    path: &'a str,
+    value: &'a str,
+    text: &'a str,
+}
+
+impl<'a> Override<'a> {
+    /// Splits `PATH=VALUE`.
+    pub(super) fn parse(text: &'a str) -> Result<Self, Problem> {
+        match text.split_once('=') {
+            Some((path, value)) if !path.trim().is_empty() => Ok(Self { path: path.trim(), value: value.trim(), text }),
+            _ => Err(override_problem(text, "expected NAME=VALUE, such as controller.c_p=3")),
+        }
+    }
+
+    /// Whether it sets the name `path`, and to what.
+    pub(super) fn value_of(&self, path: &str) -> Option<&'a str> {
+        (self.path == path).then_some(self.value)
+    }
+}
+
+/// Applies all overrides to the tree: first those that change the number of agents, then the rest in their order.
+pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), Problem> {
+    let adjacency_given = overrides.iter().any(|o| ["A", "A1", "topology.A"].contains(&o.path));
+    let rank = |o: &Override| match o.path {
+        "agents" => 0,
+        "x0" => 1,
+        _ => 2,
+    };
+    let mut ordered: Vec<&Override> = overrides.iter().collect();
+    ordered.sort_by_key(|o| rank(o));
+    for o in ordered {
+        apply_one(root, o, adjacency_given)?;
+    }
+    Ok(())
+}
+
+fn apply_one(root: &mut Node, o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+    if o.path == "agents"
+        && let Some(rows) = selected_rows(o.value)
+    {
+        return select_agents(root, &rows, o, adjacency_given);
+    }
+    let path = resolve(root, o)?;
+    match path.strip_prefix("agents.*.") {
+        Some(field) => set_column(root, field, o, adjacency_given),
+        None => root.set(&path, o.value, &format!("--set {}", o.text)),
+    }
+}
+
+/// The full path of what an override names.
+fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
+    if let Some((_, path)) = ALIASES.iter().find(|(alias, _)| *alias == o.path) {
+        return Ok((*path).into());
+    }
+    if o.path.contains(['.', '[']) || root.at(o.path).is_some() {
+        return Ok(o.path.into());
+    }
+    let found = root.find_leaf(o.path);
+    match found.as_slice() {
+        [path] => Ok(path.clone()),
+        [] => {
+            let names = root.leaf_names();
+            let hint =
+                nearest(o.path, names.iter().map(String::as_str)).map(|name| format!("; did you mean `{name}`?"));
+            let message = format!("nothing in this scenario is called `{}`{}", o.path, hint.unwrap_or_default());
+            Err(problem(o, message))
+        }
+        several => Err(problem(o, format!("`{}` is ambiguous, write one of {}", o.path, several.join(", ")))),
+    }
+}
+
+/// The numbers of `[1, 3, 5]`; `None` if it is anything else than a list of whole numbers.
+fn selected_rows(value: &str) -> Option<Vec<usize>> {
+    let inner = value.strip_prefix('[')?.strip_suffix(']')?;
+    let numbers: Option<Vec<usize>> =
+        inner.split(',').filter(|part| !part.trim().is_empty()).map(|part| part.trim().parse().ok()).collect();
+    numbers.filter(|numbers| !numbers.is_empty())
+}
+
+/// Keeps the listed rows of the table of agents, with their numbers as `id`, and the links among them.
+fn select_agents(root: &mut Node, rows: &[usize], o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+    let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut) else {
+        return Err(problem(o, "this scenario has no table of agents".into()));
+    };
+    let count = agents.len();
+    if let Some(row) = rows.iter().find(|row| **row == 0 || **row > count) {
+        return Err(problem(o, format!("there is no agent {row}; this scenario has agents 1 to {count}")));
+    }
+    let mut chosen = Vec::new();
+    for &row in rows {
+        let mut node = agents[row - 1].clone();
+        if let Some(table) = node.as_table_mut()
+            && table.get("id").is_none()
+        {
+            table.insert("id", Node::from_override(Value::Integer(row as i64), o.text));
+        }
+        chosen.push(node);
+    }
+    *agents = chosen;
+    if adjacency_given {
+        return Ok(());
+    }
+    let pick = |nodes: &mut Vec<Node>| {
+        if nodes.len() == count {
+            *nodes = rows.iter().map(|row| nodes[row - 1].clone()).collect();
+        }
+    };
+    if let Some(adjacency) = root.at_mut("topology.A").and_then(Node::as_array_mut) {
+        pick(adjacency);
+        adjacency.iter_mut().filter_map(Node::as_array_mut).for_each(pick);
+    }
+    if let Some(weights) = root.at_mut("topology.b").and_then(Node::as_array_mut) {
+        pick(weights);
+    }
+    Ok(())
+}
+
+/// Sets one field of every agent: from a list, an entry each; from one value, the same for all.
+fn set_column(root: &mut Node, field: &str, o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+    let value = Node::parse_value(o.value, &format!("--set {}", o.text));
+    let per_agent_length = usize::from(matches!(field, "position" | "velocity" | "estimate" | "estimate_velocity"));
+    let depth = value.as_array().map_or(0, |items| 1 + usize::from(items.iter().any(|item| item.as_array().is_some())));
+    let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut) else {
+        return Err(problem(o, "this scenario has no table of agents".into()));
+    };
+    let values: Vec<Node> = match value.as_array() {
+        Some(items) if depth > per_agent_length => items.to_vec(),
+        _ => vec![value.clone(); agents.len()],
+    };
+    let before = agents.len();
+    if values.is_empty() || values.len() < before && field != "position" {
+        return Err(problem(o, format!("expected {before} values, one per agent, found {}", values.len())));
+    }
+    // More values than agents mean more agents, alike the ones that there are; initial positions alone mean fewer.
+    for k in before..values.len() {
+        let row = agents[k % before].clone();
+        agents.push(row);
+    }
+    agents.truncate(values.len());
+    for (agent, value) in agents.iter_mut().zip(values) {
+        if let Some(table) = agent.as_table_mut() {
+            table.insert(field, value);
+        }
+    }
+    if agents.len() != before && !adjacency_given {
+        fit_topology(root, agents_len(root));
+    }
+    Ok(())
+}
+
+fn agents_len(root: &Node) -> usize {
+    root.at("agents").and_then(Node::as_array).map_or(0, <[Node]>::len)
+}
+
+/// A matrix for another number of agents means nothing: fall back to the directed ring 1 -> 2 -> ... -> N -> 1.
+fn fit_topology(root: &mut Node, agents: usize) {
+    let Some(topology) = root.at_mut("topology").and_then(Node::as_table_mut) else { return };
+    if topology.get("A").and_then(Node::as_array).is_some_and(|rows| rows.len() != agents) {
+        topology.remove("A");
+    }
+}
+
+fn problem(o: &Override, message: String) -> Problem {
+    override_problem(o.text, &message)
+}
+
+/// A problem of the override `text` as a whole.
+pub(super) fn override_problem(text: &str, message: &str) -> Problem {
+    Problem::new(Some(Origin::Override { text: format!("--set {text}") }), "", message)
+}

@@ -1,0 +1,276 @@
+//! From a scenario to the network of its participants.
+
+use lockstep::{Channel, Layout, Network, Node, Participant};
+use serde::{Deserialize, Serialize};
+
+use super::{Bind, Component, Kind, Signals};
+use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
+use crate::scenario::Scenario;
+
+/// The four roles of a participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Integrates the vehicles and publishes their states.
+    Plant,
+    /// Publishes what every agent has to track.
+    Planner,
+    /// Estimates what the sensors of one agent do not tell.
+    Observer,
+    /// Computes the input of one agent.
+    Controller,
+}
+
+impl Role {
+    /// All roles in order of a step.
+    pub const ALL: [Role; 4] = [Role::Plant, Role::Planner, Role::Observer, Role::Controller];
+
+    /// The section of a scenario file and the first part of a node's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Plant => "plant",
+            Role::Planner => "planner",
+            Role::Observer => "observer",
+            Role::Controller => "controller",
+        }
+    }
+
+    /// Last part of the topics on which the role publishes.
+    pub fn channel(self) -> &'static str {
+        match self {
+            Role::Plant => "state",
+            Role::Planner => "reference",
+            Role::Observer => "estimate",
+            Role::Controller => "command",
+        }
+    }
+}
+
+impl std::fmt::Display for Role {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str(self.name())
+    }
+}
+
+/// The components that exist, by role.
+#[derive(Clone, Copy)]
+pub struct Roles {
+    /// Plants.
+    pub plant: &'static [Kind],
+    /// Planners.
+    pub planner: &'static [Kind],
+    /// Observers.
+    pub observer: &'static [Kind],
+    /// Controllers.
+    pub controller: &'static [Kind],
+}
+
+impl Roles {
+    /// The components of a role.
+    pub fn of(&self, role: Role) -> &'static [Kind] {
+        match role {
+            Role::Plant => self.plant,
+            Role::Planner => self.planner,
+            Role::Observer => self.observer,
+            Role::Controller => self.controller,
+        }
+    }
+}
+
+/// What a node of the network is: a role and the agents (from 0) that it serves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeRole {
+    /// The role.
+    pub role: Role,
+    /// The agents, from 0.
+    pub agents: Vec<usize>,
+}
+
+/// A checked scenario with its components, ready to build participants from.
+pub struct Assembly {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// The step graph.
+    pub network: Network,
+    /// Role and agents of every node of the network.
+    pub nodes: Vec<NodeRole>,
+    signals: Signals,
+    components: Vec<(Role, String, Box<dyn Component>)>,
+}
+
+impl Assembly {
+    /// Reads the components of `scenario`, checks them, and connects them.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the components or does not fit together.
+    pub fn new(scenario: Scenario, roles: &Roles) -> Result<Self, Vec<Problem>> {
+        let mut problems = Problems::default();
+        let components = read_components(&scenario, roles, &mut problems);
+        if !problems.is_empty() {
+            return Err(problems.into_vec());
+        }
+        let signals = declare(&scenario, &components);
+        let nodes = node_roles(&scenario, &components);
+        let mut assembly = Self {
+            scenario,
+            network: Network { channels: signals.channels.clone(), nodes: Vec::new() },
+            nodes,
+            signals,
+            components,
+        };
+        assembly.connect()?;
+        Ok(assembly)
+    }
+
+    /// Builds the participants of these nodes, in this order.
+    pub fn participants(&self, nodes: &[usize]) -> Result<Vec<Box<dyn Participant>>, Vec<Problem>> {
+        nodes.iter().map(|&node| self.build(node).map(|(_, participant)| participant)).collect()
+    }
+
+    fn connect(&mut self) -> Result<(), Vec<Problem>> {
+        let mut problems = Vec::new();
+        for index in 0..self.nodes.len() {
+            match self.build(index) {
+                Ok((node, _)) => self.network.nodes.push(node),
+                Err(found) => problems.extend(found),
+            }
+        }
+        if !problems.is_empty() {
+            // The same component fails for every agent; one report is enough.
+            problems.dedup_by(|a, b| a.path == b.path);
+            return Err(problems);
+        }
+        if let Err(error) = self.network.phases() {
+            return Err(vec![self.scenario.problem("", error.to_string())]);
+        }
+        Ok(())
+    }
+
+    fn build(&self, index: usize) -> Result<(Node, Box<dyn Participant>), Vec<Problem>> {
+        let NodeRole { role, agents } = &self.nodes[index];
+        let (_, kind, component) = self
+            .components
+            .iter()
+            .find(|(found, ..)| found == role)
+            .ok_or_else(|| vec![self.scenario.problem(role.name(), format!("this scenario has no {role}"))])?;
+        let mut bind = Bind::new(&self.signals, *role, kind, agents);
+        let participant = component
+            .build(&self.scenario.context, agents, &mut bind)
+            .map_err(|refusal| vec![self.scenario.problem(role.name(), refusal.to_string())])?;
+        let (inputs, outputs) = bind.into_edges();
+        let timing = self.scenario.rate(*role);
+        let node = Node {
+            name: node_name(*role, agents, self.serves_all(*role)),
+            inputs,
+            outputs,
+            every: timing.0,
+            offset: timing.1,
+        };
+        Ok((node, participant))
+    }
+
+    fn serves_all(&self, role: Role) -> bool {
+        self.nodes.iter().filter(|node| node.role == role).count() == 1 && matches!(role, Role::Plant | Role::Planner)
+    }
+}
+
+fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {
+    match agents {
+        [agent] if !serves_all => format!("{role}_{}", agent + 1),
+        _ => role.name().to_string(),
+    }
+}
+
+fn read_components(
+    scenario: &Scenario,
+    roles: &Roles,
+    problems: &mut Problems,
+) -> Vec<(Role, String, Box<dyn Component>)> {
+    let mut components = Vec::new();
+    for role in Role::ALL {
+        let Some(section) = scenario.section(role.name()) else {
+            if role != Role::Observer {
+                problems.push(scenario.problem("", format!("missing section `[{role}]`")));
+            }
+            continue;
+        };
+        let Some((kind, parameters)) = split_kind(section, role, roles, problems) else { continue };
+        let Some(component) = (kind.read)(&parameters, role.name(), problems) else { continue };
+        for (field, message) in component.check(&scenario.context).findings {
+            let path = match field.strip_prefix('/') {
+                Some(absolute) => absolute.to_string(),
+                None => format!("{role}.{field}"),
+            };
+            problems.push(scenario.problem(&path, message));
+        }
+        components.push((role, kind.name.to_string(), component));
+    }
+    components
+}
+
+/// The component that a section names, and the section without the keys that are not its parameters.
+fn split_kind(
+    section: &ConfigNode,
+    role: Role,
+    roles: &Roles,
+    problems: &mut Problems,
+) -> Option<(&'static Kind, ConfigNode)> {
+    let kinds = roles.of(role);
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
+    let mut parameters = section.clone();
+    let table = parameters.as_table_mut()?;
+    table.remove("every");
+    table.remove("offset");
+    table.remove("per_agent");
+    let Some(node) = table.remove("kind") else {
+        problems.at(section, role.name(), format!("missing field `kind`, expected one of {}", names.join(", ")));
+        return None;
+    };
+    let found = node.as_str().unwrap_or_default();
+    match kinds.iter().find(|kind| kind.name == found) {
+        Some(kind) => Some((kind, parameters)),
+        None => {
+            let help = nearest(found, names.iter().copied()).map(|name| format!("; did you mean `{name}`?"));
+            let message = format!(
+                "no {role} is called `{found}`, expected one of {}{}",
+                names.join(", "),
+                help.unwrap_or_default()
+            );
+            problems.push(Problem::new(Some(node.origin.clone()), format!("{role}.kind"), message));
+            None
+        }
+    }
+}
+
+fn declare(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)]) -> Signals {
+    let mut signals = Signals::default();
+    for (role, _, component) in components {
+        for agent in 0..scenario.context.agents.len() {
+            signals.channels.push(Channel {
+                topic: format!("/agent_{}/{}", agent + 1, role.channel()),
+                agent: agent as u32 + 1,
+                layout: Layout::new(component.outputs(&scenario.context, agent)),
+            });
+            signals.ids.push((*role, agent));
+        }
+    }
+    signals
+}
+
+fn node_roles(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)]) -> Vec<NodeRole> {
+    let agents: Vec<usize> = (0..scenario.context.agents.len()).collect();
+    let mut nodes = Vec::new();
+    for &(role, ..) in components {
+        let together = match role {
+            Role::Planner => true,
+            Role::Plant => !scenario.plant_per_agent,
+            Role::Observer | Role::Controller => false,
+        };
+        if together {
+            nodes.push(NodeRole { role, agents: agents.clone() });
+        } else {
+            nodes.extend(agents.iter().map(|&agent| NodeRole { role, agents: vec![agent] }));
+        }
+    }
+    nodes
+}

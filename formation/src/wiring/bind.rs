@@ -1,0 +1,185 @@
+//! Binding of signals by name.
+
+use lockstep::{Channel, ChannelId, In, Input, Layout, Out, Slice, Timing};
+
+use super::Role;
+
+/// Why a component cannot be used here.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refusal(pub String);
+
+/// The channels of a scenario by role and agent.
+#[derive(Clone, Debug, Default)]
+pub struct Signals {
+    pub(super) channels: Vec<Channel>,
+    pub(super) ids: Vec<(Role, usize)>,
+}
+
+impl Signals {
+    /// The channel on which `role` publishes for `agent` (from 0).
+    pub fn find(&self, role: Role, agent: usize) -> Option<ChannelId> {
+        self.ids.iter().position(|id| *id == (role, agent)).map(ChannelId)
+    }
+
+    /// Layout of a channel.
+    pub fn layout(&self, channel: ChannelId) -> &Layout {
+        &self.channels[channel.0].layout
+    }
+}
+
+/// Collects the inputs that a component asks for while it is built.
+#[derive(Debug)]
+pub struct Bind<'a> {
+    signals: &'a Signals,
+    role: Role,
+    component: &'a str,
+    inputs: Vec<Input>,
+    outputs: Vec<ChannelId>,
+}
+
+impl<'a> Bind<'a> {
+    pub(super) fn new(signals: &'a Signals, role: Role, component: &'a str, agents: &[usize]) -> Self {
+        let outputs = agents.iter().filter_map(|&agent| signals.find(role, agent)).collect();
+        Self { signals, role, component, inputs: Vec::new(), outputs }
+    }
+
+    pub(super) fn into_edges(self) -> (Vec<Input>, Vec<ChannelId>) {
+        (self.inputs, self.outputs)
+    }
+
+    /// A signal of the plant, of this step.
+    ///
+    /// # Errors
+    /// [`Refusal`] if there is no such signal with `D` values; so for the other three.
+    pub fn state<const D: usize>(&mut self, agent: usize, name: &str) -> Result<In<D>, Refusal> {
+        self.read(Role::Plant, agent, name, Timing::SameStep)
+    }
+
+    /// A signal of the planner, of this step.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub fn reference<const D: usize>(&mut self, agent: usize, name: &str) -> Result<In<D>, Refusal> {
+        self.read(Role::Planner, agent, name, Timing::SameStep)
+    }
+
+    /// A signal of an observer, of this step.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub fn estimate<const D: usize>(&mut self, agent: usize, name: &str) -> Result<In<D>, Refusal> {
+        self.read(Role::Observer, agent, name, Timing::SameStep)
+    }
+
+    /// A signal of a controller, of the step before: the command that was in force until now.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub fn command_before<const D: usize>(&mut self, agent: usize, name: &str) -> Result<In<D>, Refusal> {
+        self.read(Role::Controller, agent, name, Timing::Delayed)
+    }
+
+    /// Whether `role` publishes a signal called `name` for `agent`.
+    pub fn offers(&self, role: Role, agent: usize, name: &str) -> bool {
+        self.signals.find(role, agent).is_some_and(|channel| self.signals.layout(channel).find(name).is_some())
+    }
+
+    /// Any signal of `D` values.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub fn read<const D: usize>(
+        &mut self,
+        role: Role,
+        agent: usize,
+        name: &str,
+        timing: Timing,
+    ) -> Result<In<D>, Refusal> {
+        let slice = self.read_slice(role, agent, name, D, timing)?;
+        Ok(In::new(slice.0, slice.1))
+    }
+
+    /// Any signal of `length` values.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub fn slice(
+        &mut self,
+        role: Role,
+        agent: usize,
+        name: &str,
+        length: usize,
+        timing: Timing,
+    ) -> Result<Slice, Refusal> {
+        let (port, offset) = self.read_slice(role, agent, name, length, timing)?;
+        Ok(Slice::new(port, offset, length))
+    }
+
+    /// A signal of `D` values that this component publishes for `agent`.
+    ///
+    /// # Errors
+    /// [`Refusal`] if [`Component::outputs`](super::Component::outputs) does not declare it so.
+    pub fn out<const D: usize>(&mut self, agent: usize, name: &str) -> Result<Out<D>, Refusal> {
+        let slice = self.out_slice(agent, name, D)?;
+        Ok(Out::new(slice.0, slice.1))
+    }
+
+    /// A signal of `length` values that this component publishes for `agent`.
+    ///
+    /// # Errors
+    /// See [`Bind::out`].
+    pub fn slice_out(&mut self, agent: usize, name: &str, length: usize) -> Result<Slice, Refusal> {
+        let (port, offset) = self.out_slice(agent, name, length)?;
+        Ok(Slice::new(port, offset, length))
+    }
+
+    fn out_slice(&self, agent: usize, name: &str, length: usize) -> Result<(usize, usize), Refusal> {
+        let place = self.signals.find(self.role, agent).and_then(|channel| {
+            let port = self.outputs.iter().position(|output| *output == channel)?;
+            Some((port, self.offset(channel, name, length)?))
+        });
+        place.ok_or_else(|| {
+            Refusal(format!("{} `{}` does not declare the output `{name}` ({length})", self.role, self.component))
+        })
+    }
+
+    fn read_slice(
+        &mut self,
+        role: Role,
+        agent: usize,
+        name: &str,
+        length: usize,
+        timing: Timing,
+    ) -> Result<(usize, usize), Refusal> {
+        let needs = || {
+            let values = if length == 1 { "one value".to_string() } else { format!("{length} values") };
+            format!(
+                "the {} `{}` needs the signal `{name}` ({values}) from the {role} of agent {}",
+                self.role,
+                self.component,
+                agent + 1
+            )
+        };
+        let Some(channel) = self.signals.find(role, agent) else {
+            return Err(Refusal(format!("{}, but this scenario has no {role} there", needs())));
+        };
+        let Some(offset) = self.offset(channel, name, length) else {
+            let layout = self.signals.layout(channel);
+            let offered: Vec<String> =
+                layout.fields().iter().map(|field| format!("{} ({})", field.name, field.shape.words())).collect();
+            return Err(Refusal(format!("{}, which offers only {}", needs(), offered.join(", "))));
+        };
+        let input = Input { channel, timing };
+        let port = self.inputs.iter().position(|known| *known == input).unwrap_or_else(|| {
+            self.inputs.push(input);
+            self.inputs.len() - 1
+        });
+        Ok((port, offset))
+    }
+
+    fn offset(&self, channel: ChannelId, name: &str, length: usize) -> Option<usize> {
+        let (offset, found) = self.signals.layout(channel).find(name)?;
+        (found == length).then_some(offset)
+    }
+}

@@ -1,0 +1,104 @@
+//! The contract of a component: a section of a scenario file that can become participants.
+
+use lockstep::{Field, Participant};
+use serde::de::DeserializeOwned;
+
+use super::{Bind, Refusal};
+use crate::config::{Node, Problems, read};
+use crate::scenario::Context;
+
+/// The parameters of a component, read from its section of the scenario.
+pub trait Component: Send {
+    /// Parameters out of their admissible range, or demands on the scenario that it does not meet.
+    fn check(&self, context: &Context) -> Checks {
+        let _ = context;
+        Checks::default()
+    }
+
+    /// What is published for `agent` (from 0), in order.
+    fn outputs(&self, context: &Context, agent: usize) -> Vec<Field>;
+
+    /// The participant that serves `agents` (from 0): one for an observer or a controller, all for a planner.
+    ///
+    /// # Errors
+    /// [`Refusal`] if a signal that it needs is not there, or the vehicle is none that it can serve.
+    fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal>;
+}
+
+/// A component by the name that scenario files use.
+pub struct Kind {
+    /// Its `kind` in a scenario file.
+    pub name: &'static str,
+    /// One line for `phalanx list --components` and for the documentation.
+    pub summary: &'static str,
+    /// Reads its parameters.
+    pub read: fn(&Node, &str, &mut Problems) -> Option<Box<dyn Component>>,
+}
+
+impl Kind {
+    /// The registry entry of the component whose parameters are `C`.
+    pub const fn of<C: Component + DeserializeOwned + 'static>(name: &'static str, summary: &'static str) -> Self {
+        Self {
+            name,
+            summary,
+            read: |node, path, problems| {
+                read::<C>(node, path, problems).map(|parameters| Box::new(parameters) as Box<dyn Component>)
+            },
+        }
+    }
+}
+
+/// Collects what [`Component::check`] finds: pairs of field (relative to the section) and message.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Checks {
+    /// Field and message.
+    pub findings: Vec<(String, String)>,
+}
+
+impl Checks {
+    /// Reports `message` at `field` unless `admissible`.
+    pub fn require(mut self, admissible: bool, field: &str, message: impl Into<String>) -> Self {
+        if !admissible {
+            self.findings.push((field.into(), message.into()));
+        }
+        self
+    }
+
+    /// `value` must be a positive number.
+    pub fn positive(self, field: &str, value: f64) -> Self {
+        let admissible = value.is_finite() && value > 0.0;
+        self.require(admissible, field, format!("expected a number > 0, found {value}"))
+    }
+
+    /// `value` must be a number >= 0.
+    pub fn not_negative(self, field: &str, value: f64) -> Self {
+        let admissible = value.is_finite() && value >= 0.0;
+        self.require(admissible, field, format!("expected a number >= 0, found {value}"))
+    }
+
+    /// `value` must be a finite number.
+    pub fn finite(self, field: &str, value: f64) -> Self {
+        self.require(value.is_finite(), field, format!("expected a finite number, found {value}"))
+    }
+
+    /// `low < value < high`.
+    pub fn between(self, field: &str, value: f64, low: f64, high: f64) -> Self {
+        let admissible = low < value && value < high;
+        self.require(admissible, field, format!("expected a number between {low} and {high}, found {value}"))
+    }
+
+    /// The communication graph must be strongly connected.
+    pub fn strongly_connected(mut self, context: &Context) -> Self {
+        if let Some((from, to)) = context.topology.unreachable_pair() {
+            self.findings.push((
+                "/topology.A".into(),
+                format!(
+                    "the graph is not strongly connected, as this scheme requires: nothing that agent {} sends reaches agent {}",
+                    from + 1,
+                    to + 1
+                ),
+            ));
+        }
+        self
+    }
+}

@@ -1,0 +1,13 @@
+//! How components become participants: what they publish, what they read, and the network that follows.
+//!
+//! A scenario names one component per role ([`Kind`]). A component says what it publishes ([`Component::outputs`]) and,
+//! while it is built, asks for the signals it needs by name ([`Bind`]). Whatever fits together by its signals works together;
+//! what does not is refused with the signal that is missing.
+
+mod assembly;
+mod bind;
+mod component;
+
+pub use assembly::{Assembly, NodeRole, Role, Roles};
+pub use bind::{Bind, Refusal, Signals};
+pub use component::{Checks, Component, Kind};

@@ -1,0 +1,45 @@
+//! The planner without a plan of its own: publishes the reference of the scenario.
+
+use formation::scenario::Context;
+use formation::wiring::{Bind, Component, Refusal};
+use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use serde::Deserialize;
+
+use crate::Trajectory;
+
+/// Has no parameters.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {}
+
+impl Component for Reference {
+    fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
+        ["position", "velocity", "acceleration", "jerk"].map(|name| Field::vector(name, 3, "")).into()
+    }
+
+    fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
+        let published = agents.iter().map(|&agent| {
+            let mut out = |name| bind.out(agent, name);
+            let ports = [out("position")?, out("velocity")?, out("acceleration")?, out("jerk")?];
+            Ok((Trajectory::new(context, agent), ports))
+        });
+        Ok(Box::new(ReferenceParticipant { published: published.collect::<Result<_, Refusal>>()? }))
+    }
+}
+
+struct ReferenceParticipant {
+    published: Vec<(Trajectory, [Out<3>; 4])>,
+}
+
+impl Participant for ReferenceParticipant {
+    fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
+        for (trajectory, [position, velocity, acceleration, jerk]) in &self.published {
+            let sample = trajectory.at(step.time());
+            io.set(*position, sample.position.into());
+            io.set(*velocity, sample.velocity.into());
+            io.set(*acceleration, sample.acceleration.into());
+            io.set(*jerk, sample.jerk.into());
+        }
+        Ok(())
+    }
+}

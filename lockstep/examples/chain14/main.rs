@@ -1,0 +1,63 @@
+//! Measures the steps per second of a small formation in 14 processes and a conductor, all on one core.
+//!
+//! `STEPS` sets how many steps are measured (2000), `CORE` which core is used (the last one that is allowed). Prints
+//! `RESULT|phalanx-processes|<processes>|<steps per second>|<digest>`.
+
+mod chain;
+
+use std::env;
+use std::error::Error;
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+use lockstep::{Conductor, Plan, RunDirectory, Settings, WorkerPlan};
+
+const WARM_UP: u64 = 200;
+
+fn main() -> ExitCode {
+    // The conductor starts this very program as its workers.
+    if env::var_os("PHALANX_WORKER").is_some() {
+        return lockstep::serve(|_, nodes| Ok(nodes.iter().map(|&node| chain::participant(node)).collect()));
+    }
+    match measure() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure() -> Result<(), Box<dyn Error>> {
+    let steps: u64 = env::var("STEPS").map_or(Ok(2000), |text| text.parse())?;
+    let core = match env::var("CORE") {
+        Ok(text) => text.parse()?,
+        Err(_) => *lockstep::allowed_cores()?.last().ok_or("no core is allowed")?,
+    };
+    lockstep::pin_to_core(core)?;
+
+    let network = chain::network();
+    let worker = |(index, node): (usize, &lockstep::Node)| WorkerPlan { name: node.name.clone(), nodes: vec![index] };
+    let workers: Vec<WorkerPlan> = network.nodes.iter().enumerate().map(worker).collect();
+    let processes = workers.len() + 1;
+    let plan = Plan::new("chain14", network, 1_000_000, WARM_UP + steps, workers)?;
+    let mut conductor = Conductor::new(RunDirectory::create("chain14")?, plan, Settings::default())?;
+    for worker in 0..chain::NODES {
+        conductor.spawn(worker, Command::new(env::current_exe()?), Some(core))?;
+    }
+    conductor.wait_ready(Duration::from_secs(30))?;
+
+    let mut last = 0;
+    for _ in 0..WARM_UP {
+        last = conductor.step()?;
+    }
+    let start = Instant::now();
+    for _ in 0..steps {
+        last = conductor.step()?;
+    }
+    let rate = steps as f64 / start.elapsed().as_secs_f64();
+    let digest = chain::digest(conductor.store(), last);
+    conductor.finish()?;
+    println!("RESULT|phalanx-processes|{processes}|{rate:.0}|{digest}");
+    Ok(())
+}

@@ -1,0 +1,228 @@
+//! The channels of a run as iceoryx2 services: one blackboard per node that writes, two cells per channel.
+//!
+//! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
+//! (delayed edges), so every channel has a cell for even steps and one for odd steps.
+
+use std::fmt::Debug;
+use std::path::Path;
+
+use iceoryx2::prelude::{
+    Config, FileName, LogLevel, NodeBuilder, SemanticString, SignalHandlingMode, ipc, set_log_level,
+};
+use iceoryx2::service::port_factory::blackboard::PortFactory;
+
+use crate::cell::{ReadCell, SizeClass, WriteCell, class_for};
+use crate::plan::PlanError;
+use crate::{ChannelId, Network, Node, Store, directory};
+
+/// Where iceoryx2 keeps its files within the run directory.
+const ROOT: &str = "iox";
+/// Readers and nodes that may join a service beyond those of the plan: tools that look on.
+const SPARE: usize = 4;
+
+/// A service that could not be created or opened.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}: {cause}")]
+pub struct ServiceError {
+    /// What was tried, with the name of the service.
+    pub what: String,
+    /// What iceoryx2 says.
+    pub cause: String,
+}
+
+/// This process as iceoryx2 sees it.
+pub(crate) struct Hub {
+    node: iceoryx2::node::Node<ipc::Service>,
+}
+
+/// The cells of one channel, to write.
+pub(crate) struct ChannelWriter {
+    channel: ChannelId,
+    cells: [Box<dyn WriteCell>; 2],
+}
+
+/// The cells of one channel, to read.
+pub(crate) struct ChannelReader {
+    pub(crate) channel: ChannelId,
+    /// Number of the node that writes it.
+    writer: usize,
+    cells: [Box<dyn ReadCell>; 2],
+}
+
+/// A sample that is not the one that was due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WrongStep {
+    pub(crate) channel: ChannelId,
+    pub(crate) found: u64,
+    pub(crate) expected: u64,
+}
+
+impl Hub {
+    /// Joins the run whose directory this is.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if iceoryx2 cannot work there.
+    pub(crate) fn join(directory: &Path, run: &str, name: &str) -> Result<Self, ServiceError> {
+        set_log_level(LogLevel::Error);
+        let failed = |what: &str| format!("iceoryx2 cannot use {what} of the run");
+        let root = directory.join(ROOT);
+        // Not the global configuration: that reads files from the working directory and from the home of the user.
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(directory::prefix(run).as_bytes()).map_err(error(failed("the name")))?;
+        let root = iceoryx2::prelude::Path::new(root.as_os_str().as_encoded_bytes());
+        config.global.set_root_path(&root.map_err(error(failed("the directory")))?);
+        // Cleaning up after dead processes races with living ones; the run directory is removed as a whole.
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        let node_name = name.try_into().map_err(error(failed("the name of a process")))?;
+        let node = NodeBuilder::new()
+            .name(&node_name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(error(format!("iceoryx2 does not let {name} in")))?;
+        Ok(Self { node })
+    }
+
+    /// Creates the service of a node, for `readers` processes besides this one and the writer's.
+    ///
+    /// # Errors
+    /// [`ServiceError`], also if a sample fits no cell.
+    pub(crate) fn create<'a>(
+        &self,
+        network: &'a Network,
+        node: usize,
+        readers: usize,
+    ) -> Result<Board<'a>, ServiceError> {
+        let name = service_name(&network.nodes[node]);
+        let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
+        let mut creator = self
+            .node
+            .service_builder(&service_name)
+            .blackboard_creator::<u64>()
+            .max_readers(readers + 1 + SPARE)
+            .max_nodes(readers + 2 + SPARE);
+        for (port, &channel) in network.nodes[node].outputs.iter().enumerate() {
+            let class = class_of(network, channel)?;
+            for parity in 0..2 {
+                creator = class.add(creator, key(port, parity));
+            }
+        }
+        let service = creator.create().map_err(error(format!("create service {name}")))?;
+        Ok(Board { network, node, name, service })
+    }
+
+    /// Opens the service of a node, which must exist.
+    ///
+    /// # Errors
+    /// [`ServiceError`].
+    pub(crate) fn open<'a>(&self, network: &'a Network, node: usize) -> Result<Board<'a>, ServiceError> {
+        let name = service_name(&network.nodes[node]);
+        let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
+        let opener = self.node.service_builder(&service_name).blackboard_opener::<u64>();
+        let service = opener.open().map_err(error(format!("open service {name}")))?;
+        Ok(Board { network, node, name, service })
+    }
+}
+
+/// The open service of a node.
+pub(crate) struct Board<'a> {
+    network: &'a Network,
+    node: usize,
+    name: String,
+    service: PortFactory<ipc::Service, u64>,
+}
+
+impl Board<'_> {
+    /// Becomes the writer of the node's channels, in order of its output ports.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if there is a writer already.
+    pub(crate) fn writers(&self) -> Result<Vec<ChannelWriter>, ServiceError> {
+        let failed = || format!("write to service {}", self.name);
+        let port = self.service.writer_builder().create().map_err(error(failed()))?;
+        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
+        let open = |(output, &channel): (usize, &ChannelId)| {
+            let class = class_of(self.network, channel)?;
+            let cell = |parity| class.writer(&port, key(output, parity)).map_err(error(failed()));
+            Ok(ChannelWriter { channel, cells: [cell(0)?, cell(1)?] })
+        };
+        outputs.map(open).collect()
+    }
+
+    /// Becomes a reader of those of the node's channels that are `wanted`.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if there are too many readers.
+    pub(crate) fn readers(&self, wanted: impl Fn(&ChannelId) -> bool) -> Result<Vec<ChannelReader>, ServiceError> {
+        let failed = || format!("read from service {}", self.name);
+        let port = self.service.reader_builder().create().map_err(error(failed()))?;
+        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
+        let open = |(output, &channel): (usize, &ChannelId)| {
+            let class = class_of(self.network, channel)?;
+            let cell = |parity| class.reader(&port, key(output, parity)).map_err(error(failed()));
+            Ok(ChannelReader { channel, writer: self.node, cells: [cell(0)?, cell(1)?] })
+        };
+        outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
+    }
+}
+
+impl ChannelWriter {
+    /// Publishes the sample of `step`, if there is one.
+    pub(crate) fn publish(&mut self, store: &Store, step: u64) {
+        if let Some(header) = store.header(self.channel, step) {
+            self.cells[(step % 2) as usize].write(header, store.read(self.channel, step));
+        }
+    }
+}
+
+impl ChannelReader {
+    /// Fetches the sample of `step` into the store, if there is one yet.
+    ///
+    /// # Errors
+    /// [`WrongStep`] if the cell holds another sample than the one that is due.
+    pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
+        let Some(expected) = network.nodes[self.writer].last_run(step) else { return Ok(()) };
+        let header = self.cells[(step % 2) as usize].read(store.write(self.channel, step));
+        if header.step != expected {
+            return Err(WrongStep { channel: self.channel, found: header.step, expected });
+        }
+        store.stamp(self.channel, step, header);
+        Ok(())
+    }
+}
+
+impl WrongStep {
+    /// The error in words.
+    pub(crate) fn describe(&self, network: &Network) -> String {
+        let topic = &network.channels[self.channel.0].topic;
+        format!("the sample of {topic} is that of step {}, not of step {}", self.found, self.expected)
+    }
+}
+
+/// Names the service of a node. The number is that of the writer's incarnation: a writer that was killed leaves its cells
+/// locked for ever, so that a successor would need a service of its own.
+fn service_name(node: &Node) -> String {
+    format!("{}/out.0", node.name)
+}
+
+fn key(output: usize, parity: u64) -> u64 {
+    2 * output as u64 + parity
+}
+
+fn class_of(network: &Network, channel: ChannelId) -> Result<&'static dyn SizeClass, ServiceError> {
+    let Some(channel) = network.channels.get(channel.0) else {
+        return Err(ServiceError { what: format!("channel {}", channel.0), cause: "does not exist".into() });
+    };
+    let words = channel.layout.words();
+    class_for(words).ok_or_else(|| ServiceError {
+        what: "size of a sample".into(),
+        cause: PlanError::Large { topic: channel.topic.clone(), words }.to_string(),
+    })
+}
+
+/// The errors of iceoryx2 are many small enums; what matters is their names.
+fn error<E: Debug>(what: String) -> impl FnOnce(E) -> ServiceError {
+    move |cause| ServiceError { what, cause: format!("{cause:?}") }
+}

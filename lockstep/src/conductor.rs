@@ -1,0 +1,314 @@
+//! The process that runs the others: creates what they share, starts them, beats the time, ends them.
+
+mod alarm;
+mod child;
+mod crew;
+mod error;
+mod poll;
+mod pump;
+
+use std::collections::BTreeSet;
+use std::marker::PhantomData;
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+pub use alarm::Interrupt;
+pub use error::{Death, Late, RunError};
+
+use alarm::Alarm;
+use crew::Crew;
+use error::system;
+
+use crate::board::{ChannelReader, Hub};
+use crate::page::{FaultKind, Page, Report};
+use crate::{Plan, RunDirectory, Store};
+
+/// How often the phase in progress is looked at while nothing happens, as a part of the deadline.
+const LOOKS_PER_DEADLINE: u32 = 8;
+/// How long the others of a phase are given to report a fault, too, so that it does not depend on chance whose is told.
+const OTHER_FAULTS: Duration = Duration::from_secs(1);
+
+/// How a conductor treats its workers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// How long a phase may take.
+    pub deadline: Duration,
+    /// How long workers may take to end by themselves before they are killed.
+    pub grace: Duration,
+    /// Whether what workers print is passed on to stderr, with their names.
+    pub forward_output: bool,
+}
+
+impl Default for Settings {
+    /// A deadline of 10 s, a grace of 2 s, output passed on.
+    fn default() -> Self {
+        Self { deadline: Duration::from_secs(10), grace: Duration::from_secs(2), forward_output: true }
+    }
+}
+
+/// Runs a plan in processes.
+///
+/// Create it, [`spawn`](Self::spawn) every worker, [`wait_ready`](Self::wait_ready), [`step`](Self::step) as often as you
+/// like, [`finish`](Self::finish). Dropping it in between also ends all processes and removes all files.
+///
+/// The processes die with the thread that spawned them; that is why a conductor cannot be sent to another thread.
+pub struct Conductor {
+    // Dropped in this order: first the processes, then what they share, last the directory.
+    crew: Crew,
+    readers: Vec<ChannelReader>,
+    store: Store,
+    plan: Plan,
+    directory: RunDirectory,
+    settings: Settings,
+    recording: bool,
+    ready: bool,
+    /// Whether a step has failed.
+    failed: bool,
+    next: u64,
+    stays_in_its_thread: PhantomData<*mut ()>,
+}
+
+impl Conductor {
+    /// Prepares a run of `plan` in `directory`, after which it is named. All services exist when this returns.
+    ///
+    /// # Errors
+    /// [`RunError`] if the operating system or iceoryx2 refuse something.
+    pub fn new(directory: RunDirectory, mut plan: Plan, settings: Settings) -> Result<Self, RunError> {
+        plan.run = directory.name().into();
+        plan.write(directory.path())?;
+        let hub = Hub::join(directory.path(), &plan.run, "conductor")?;
+        let mut readers = Vec::new();
+        for (node, processes) in reader_counts(&plan).into_iter().enumerate() {
+            if !plan.network.nodes[node].outputs.is_empty() {
+                readers.extend(hub.create(&plan.network, node, processes)?.readers(|_| true)?);
+            }
+        }
+        let page = Page::create(&plan).map_err(system("create the shared page"))?;
+        let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
+        let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
+        let store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
+        Ok(Self {
+            crew,
+            readers,
+            store,
+            plan,
+            directory,
+            settings,
+            recording: true,
+            ready: false,
+            failed: false,
+            next: 0,
+            stays_in_its_thread: PhantomData,
+        })
+    }
+
+    /// Starts the process of worker number `worker` with `command`, pinned to `cpu` if one is given, and returns its pid.
+    ///
+    /// The program must call [`serve`](crate::serve). It finds its place by the environment variables `PHALANX_RUN_DIR`,
+    /// `PHALANX_WORKER` and `PHALANX_PAGE_FD`. Its stdin is empty; stdout and stderr are read by the conductor.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if the program cannot be started.
+    ///
+    /// # Panics
+    /// If the plan has no such worker.
+    pub fn spawn(&mut self, worker: usize, command: Command, cpu: Option<usize>) -> Result<u32, RunError> {
+        self.crew.spawn(worker, command, cpu, self.directory.path())
+    }
+
+    /// Waits until all workers are connected.
+    ///
+    /// # Errors
+    /// [`RunError::Refused`] or [`RunError::Died`] as soon as one fails, [`RunError::NotReady`] after `timeout`.
+    pub fn wait_ready(&mut self, timeout: Duration) -> Result<(), RunError> {
+        let start = Instant::now();
+        let workers = 0..self.plan.workers.len();
+        loop {
+            let page = &self.crew.alarm.page;
+            let rings = page.rings();
+            if page.ready_count() == workers.len() {
+                self.ready = true;
+                return Ok(());
+            }
+            self.look_around(0, None)?;
+            let left = timeout.saturating_sub(start.elapsed());
+            if left.is_zero() {
+                let missing = workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker));
+                return Err(RunError::NotReady { missing: missing.collect(), waited: timeout });
+            }
+            page.sleep(rings, left);
+        }
+    }
+
+    /// Runs the next step and returns its number. If recording, all its samples are in [`store`](Self::store) then.
+    ///
+    /// # Errors
+    /// [`RunError`]; the run is over then.
+    pub fn step(&mut self) -> Result<u64, RunError> {
+        let step = self.next;
+        if self.failed || step >= self.plan.steps {
+            return Err(RunError::Over { steps: step });
+        }
+        // Cleared again if all goes well.
+        self.failed = true;
+        if !self.ready {
+            self.wait_ready(Duration::ZERO)?;
+        }
+        self.look_around(step, None)?;
+        self.crew.alarm.page.begin(step);
+        self.await_phases(step)?;
+        if self.recording {
+            for reader in &self.readers {
+                reader
+                    .fetch(&self.plan.network, &mut self.store, step)
+                    .map_err(|wrong| RunError::Recording { step, message: wrong.describe(&self.plan.network) })?;
+            }
+        }
+        self.next += 1;
+        self.failed = false;
+        Ok(step)
+    }
+
+    /// Whether [`step`](Self::step) fetches all samples (it does from the start). Without, a step is a little faster.
+    pub fn set_recording(&mut self, recording: bool) {
+        self.recording = recording;
+    }
+
+    /// The samples of the last two recorded steps.
+    pub fn store(&self) -> &Store {
+        &self.store
+    }
+
+    /// What runs.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Where it runs.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// The process of a worker, once it is spawned.
+    pub fn pid(&self, worker: usize) -> Option<u32> {
+        self.crew.pid(worker)
+    }
+
+    /// A handle to interrupt the run from another thread.
+    pub fn interrupt(&self) -> Interrupt {
+        Interrupt(Arc::clone(&self.crew.alarm))
+    }
+
+    /// Ends the run in order: tells all workers, gives them the grace period, kills who remains, removes all files.
+    ///
+    /// # Errors
+    /// [`RunError::Directory`] if a file cannot be removed.
+    pub fn finish(self) -> Result<(), RunError> {
+        let Self { crew, readers, directory, .. } = self;
+        drop(crew);
+        drop(readers);
+        Ok(directory.close()?)
+    }
+
+    /// Waits for the end of the step.
+    fn await_phases(&self, step: u64) -> Result<(), RunError> {
+        let page = &self.crew.alarm.page;
+        let last = self.plan.phase_count() - 1;
+        let mut phase = 0;
+        let mut since = None;
+        loop {
+            // Before looking at anything: what happens after this look rings again.
+            let rings = page.rings();
+            if page.is_complete(last) {
+                return Ok(());
+            }
+            while phase < last && page.is_complete(phase) {
+                phase += 1;
+                since = None;
+            }
+            self.look_around(step, Some(phase))?;
+            let now = Instant::now();
+            let waited = now - *since.get_or_insert(now);
+            if waited >= self.settings.deadline {
+                let late = self.absent(phase).map(|worker| self.crew.late(worker)).collect();
+                return Err(RunError::Deadline { late, step, phase, waited });
+            }
+            page.sleep(rings, (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE));
+        }
+    }
+
+    /// The workers that have not arrived in `phase`.
+    fn absent(&self, phase: usize) -> impl Iterator<Item = usize> {
+        let members = self.plan.members(phase).into_iter().enumerate();
+        members
+            .filter(move |&(position, _)| !self.crew.alarm.page.has_arrived(phase, position))
+            .map(|(_, worker)| worker)
+    }
+
+    /// Whether anything has happened that ends the run.
+    fn look_around(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
+        let alarm = &self.crew.alarm;
+        for worker in alarm.dead() {
+            let Some(death) = self.crew.death(worker) else { continue };
+            // A worker that reports something ends then, but what it says is worth more than that it ended.
+            if alarm.page.report_count() == 0 && !self.may_end(worker, death, step) {
+                return Err(self.crew.died(worker, death, self.ready.then_some(step), phase));
+            }
+        }
+        if alarm.page.report_count() > 0 {
+            return Err(self.reported());
+        }
+        if alarm.is_interrupted() {
+            return Err(RunError::Interrupted { step });
+        }
+        Ok(())
+    }
+
+    /// A worker may end once it has done its part of the last step.
+    fn may_end(&self, worker: usize, death: Death, step: u64) -> bool {
+        let has_done_all =
+            || (0..self.plan.phase_count()).all(|phase| !self.absent(phase).any(|absent| absent == worker));
+        death == Death::Exit(0) && step + 1 == self.plan.steps && has_done_all()
+    }
+
+    /// The error that a worker has reported. If there are several in a phase, that of the first node.
+    fn reported(&self) -> RunError {
+        let alarm = &self.crew.alarm;
+        let start = Instant::now();
+        loop {
+            let reports: Vec<(usize, Report)> =
+                (0..self.plan.workers.len()).filter_map(|worker| Some((worker, alarm.page.report(worker)?))).collect();
+            let Some((worker, first)) = reports.iter().min_by_key(|(_, report)| report.node) else {
+                // The report was counted, so its slot is filled; nothing else can be said.
+                return RunError::Over { steps: self.next };
+            };
+            if first.kind == FaultKind::Refusal {
+                let worker = self.plan.workers[*worker].name.clone();
+                return RunError::Refused { worker, message: first.message.clone() };
+            }
+            let phase = self.plan.phases.get(first.node).copied().unwrap_or(0);
+            let is_silent = |worker| !alarm.is_dead(worker) && alarm.page.report(worker).is_none();
+            if start.elapsed() > OTHER_FAULTS || !self.absent(phase).any(is_silent) {
+                let node = self.plan.network.nodes.get(first.node).map_or("a node", |node| &node.name);
+                return RunError::Fault { node: node.into(), step: first.step, message: first.message.clone() };
+            }
+            alarm.page.sleep(alarm.page.rings(), Duration::from_millis(1));
+        }
+    }
+}
+
+/// How many worker processes read from each node's service.
+fn reader_counts(plan: &Plan) -> Vec<usize> {
+    let writers = plan.network.writers();
+    let mut pairs = BTreeSet::new();
+    for (worker, plan_of_worker) in plan.workers.iter().enumerate() {
+        for &node in &plan_of_worker.nodes {
+            let inputs = &plan.network.nodes[node].inputs;
+            pairs.extend(inputs.iter().filter_map(|input| Some((writers[input.channel.0]?, worker))));
+        }
+    }
+    let mut counts = vec![0; plan.network.nodes.len()];
+    pairs.into_iter().for_each(|(writer, _)| counts[writer] += 1);
+    counts
+}

@@ -1,0 +1,55 @@
+//! What makes the conductor look up while it waits for a phase.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
+use crate::page::Page;
+
+/// The page, and what is known about its run beyond it.
+pub(super) struct Alarm {
+    pub(super) page: Page,
+    interrupted: AtomicBool,
+    /// Whether anybody is dead, so that a look at all of them is rare.
+    any_dead: AtomicBool,
+    dead: Box<[AtomicBool]>,
+}
+
+/// Ends a run from another thread, such as that of a signal handler.
+#[derive(Clone)]
+pub struct Interrupt(pub(super) Arc<Alarm>);
+
+impl Interrupt {
+    /// Makes the step in progress, or the next one, end with [`RunError::Interrupted`](crate::RunError::Interrupted) at once.
+    pub fn raise(&self) {
+        self.0.interrupted.store(true, SeqCst);
+        self.0.page.ring();
+    }
+}
+
+impl Alarm {
+    pub(super) fn new(page: Page, workers: usize) -> Self {
+        let dead = (0..workers).map(|_| AtomicBool::new(false)).collect();
+        Self { page, interrupted: AtomicBool::new(false), any_dead: AtomicBool::new(false), dead }
+    }
+
+    /// A worker is dead.
+    pub(super) fn report_death(&self, worker: usize) {
+        self.dead[worker].store(true, SeqCst);
+        self.any_dead.store(true, SeqCst);
+        self.page.ring();
+    }
+
+    /// The dead workers.
+    pub(super) fn dead(&self) -> impl Iterator<Item = usize> {
+        let count = if self.any_dead.load(SeqCst) { self.dead.len() } else { 0 };
+        (0..count).filter(|&worker| self.is_dead(worker))
+    }
+
+    pub(super) fn is_dead(&self, worker: usize) -> bool {
+        self.dead[worker].load(SeqCst)
+    }
+
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.interrupted.load(SeqCst)
+    }
+}

@@ -1,0 +1,112 @@
+//! All worker processes of a run, from the first spawn to the last reaping.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::alarm::Alarm;
+use super::child::{Child, Outfit};
+use super::error::{Death, Late, RunError, system};
+use super::poll::Poll;
+use super::pump::Pump;
+use crate::plan::Plan;
+
+/// How long a report may wait for the end of what a dead child has printed.
+const LAST_WORDS: Duration = Duration::from_millis(200);
+
+/// The processes and those who look after them. Dropping it ends the run: no process is left.
+pub(super) struct Crew {
+    pub(super) alarm: Arc<Alarm>,
+    names: Vec<String>,
+    children: Vec<Option<Child>>,
+    grace: Duration,
+    /// Watches the processes.
+    watch: Poll,
+    /// Reads what they print.
+    pump: Pump,
+}
+
+impl Crew {
+    pub(super) fn new(plan: &Plan, alarm: Arc<Alarm>, grace: Duration, forward: bool) -> Result<Self, RunError> {
+        let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
+        let children = plan.workers.iter().map(|_| None).collect();
+        let bell = Arc::clone(&alarm);
+        let watch = Poll::start("phalanx-watch", move |worker| bell.report_death(worker));
+        let watch = watch.map_err(system("start the thread that watches the processes"))?;
+        let pump = Pump::start(forward).map_err(system("start the thread that reads their output"))?;
+        Ok(Self { alarm, names, children, grace, watch, pump })
+    }
+
+    /// Starts the process of a worker.
+    pub(super) fn spawn(
+        &mut self,
+        worker: usize,
+        command: Command,
+        cpu: Option<usize>,
+        directory: &Path,
+    ) -> Result<u32, RunError> {
+        let name = &self.names[worker];
+        let program = command.get_program().to_string_lossy().into_owned();
+        let failed = || system(format!("spawn {name} ({program})"));
+        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu };
+        let (child, output) = Child::spawn(command, &outfit).map_err(failed())?;
+        self.pump.add(worker, name, output).map_err(failed())?;
+        self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
+        let pid = child.pid();
+        self.children[worker] = Some(child);
+        Ok(pid)
+    }
+
+    pub(super) fn pid(&self, worker: usize) -> Option<u32> {
+        self.children[worker].as_ref().map(Child::pid)
+    }
+
+    /// How a worker ended, if it did.
+    pub(super) fn death(&self, worker: usize) -> Option<Death> {
+        self.children[worker].as_ref().and_then(Child::death)
+    }
+
+    /// The error that says that a worker is dead.
+    pub(super) fn died(&self, worker: usize, death: Death, step: Option<u64>, phase: Option<usize>) -> RunError {
+        RunError::Died {
+            worker: self.names[worker].clone(),
+            pid: self.pid(worker).unwrap_or(0),
+            death,
+            step,
+            phase,
+            last_lines: self.pump.last_lines(worker, LAST_WORDS),
+        }
+    }
+
+    /// What is known about a worker that keeps the others waiting.
+    pub(super) fn late(&self, worker: usize) -> Late {
+        Late {
+            worker: self.names[worker].clone(),
+            pid: self.pid(worker),
+            state: self.children[worker].as_ref().map_or('?', Child::state),
+            last_lines: self.pump.last_lines(worker, Duration::ZERO),
+        }
+    }
+}
+
+impl Drop for Crew {
+    fn drop(&mut self) {
+        let page = &self.alarm.page;
+        page.stop();
+        self.children.iter().flatten().for_each(Child::resume);
+        let start = Instant::now();
+        loop {
+            let rings = page.rings();
+            let all_ended = self.children.iter().flatten().all(|child| child.death().is_some());
+            let left = self.grace.saturating_sub(start.elapsed());
+            if all_ended || left.is_zero() {
+                break;
+            }
+            // Rung at every death.
+            page.sleep(rings, left);
+        }
+        // Kills who is still there, and reaps all.
+        self.children.clear();
+    }
+}

@@ -1,0 +1,211 @@
+//! The directory of a run, and the removal of what dead runs have left.
+
+use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+/// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// Its lock is held as long as the run lives.
+const LOCK_FILE: &str = "lock";
+/// Longest name of a run: socket paths and file names in shared memory are limited.
+const MAX_NAME: usize = 40;
+
+/// What could not be done with a run directory.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {action}: {source}")]
+pub struct DirectoryError {
+    /// Of which file or directory.
+    pub path: PathBuf,
+    /// What was tried.
+    pub action: &'static str,
+    /// Why it failed.
+    pub source: io::Error,
+}
+
+/// `/dev/shm/phalanx-<uid>/<run>/`, readable by the user alone, locked while the run lives, removed with the value.
+#[derive(Debug)]
+pub struct RunDirectory {
+    name: String,
+    path: PathBuf,
+    /// Held, not used: the lock goes with it.
+    _lock: File,
+    /// Nothing is left to be removed.
+    closed: bool,
+}
+
+impl RunDirectory {
+    /// A directory for a run called `base`, or `base-2`, `base-3` and so on if there is such a run already.
+    ///
+    /// Characters other than letters, digits and `-` become `-`; the name is cut at 40 characters.
+    ///
+    /// # Errors
+    /// [`DirectoryError`] if the file system refuses, or if somebody else owns the place.
+    pub fn create(base: &str) -> Result<Self, DirectoryError> {
+        let base = clean(base);
+        let parent = Parent::lock()?;
+        for number in 1u64.. {
+            let name = if number == 1 { base.clone() } else { format!("{base}-{number}") };
+            let path = parent.path.join(&name);
+            match DirBuilder::new().mode(0o700).create(&path) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                result => result.map_err(at(&path, "create"))?,
+            }
+            let lock_path = path.join(LOCK_FILE);
+            let options = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&lock_path);
+            let lock = options.map_err(at(&lock_path, "create"))?;
+            lock.lock().map_err(at(&lock_path, "lock"))?;
+            return Ok(Self { name, path, _lock: lock, closed: false });
+        }
+        unreachable!("there are more numbers than directories")
+    }
+
+    /// Removes what dead runs of this user have left, and returns their names.
+    ///
+    /// A run whose lock is held is never touched.
+    ///
+    /// # Errors
+    /// [`DirectoryError`] if something of a dead run cannot be removed.
+    pub fn sweep() -> Result<Vec<String>, DirectoryError> {
+        let parent = Parent::lock()?;
+        let mut removed = Vec::new();
+        for entry in fs::read_dir(&parent.path).map_err(at(&parent.path, "read"))? {
+            let entry = entry.map_err(at(&parent.path, "read"))?;
+            let lock_path = entry.path().join(LOCK_FILE);
+            match File::open(&lock_path) {
+                Ok(lock) => match lock.try_lock() {
+                    Ok(()) => {}
+                    Err(TryLockError::WouldBlock) => continue,
+                    Err(TryLockError::Error(source)) => {
+                        return Err(DirectoryError { path: lock_path, action: "lock", source });
+                    }
+                },
+                // Its owner died between creating the directory and the lock; it cannot be at it, we hold the parent.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(source) => return Err(DirectoryError { path: lock_path, action: "open", source }),
+            }
+            let name = entry.file_name().to_string_lossy().into_owned();
+            remove(&entry.path(), &name)?;
+            removed.push(name);
+        }
+        removed.sort();
+        Ok(removed)
+    }
+
+    /// Name of the run.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Removes the directory and the run's shared memory. Dropping does the same, silently.
+    ///
+    /// # Errors
+    /// [`DirectoryError`] if something resists.
+    pub fn close(mut self) -> Result<(), DirectoryError> {
+        self.closed = true;
+        self.remove()
+    }
+
+    fn remove(&self) -> Result<(), DirectoryError> {
+        // The parent is locked meanwhile, so that no sweep takes a half-removed directory for a dead run.
+        let parent = Parent::lock()?;
+        let result = remove(&self.path, &self.name);
+        drop(parent);
+        result
+    }
+}
+
+impl Drop for RunDirectory {
+    fn drop(&mut self) {
+        // Not twice: another run may have taken the name. Nobody could be told of an error; the next sweep tries again.
+        if !self.closed {
+            let _ = self.remove();
+        }
+    }
+}
+
+/// What the names of a run's shared memory begin with. No run name contains the `_` at the end, so none begins another.
+pub(crate) fn prefix(run: &str) -> String {
+    format!("phalanx{}-{run}_", rustix::process::getuid().as_raw())
+}
+
+/// `/dev/shm/phalanx-<uid>`, locked, so that nobody creates, sweeps or removes runs in it meanwhile.
+struct Parent {
+    path: PathBuf,
+    _lock: File,
+}
+
+impl Parent {
+    fn lock() -> Result<Self, DirectoryError> {
+        let user = rustix::process::getuid().as_raw();
+        let path = Path::new(SHARED_MEMORY).join(format!("phalanx-{user}"));
+        loop {
+            match DirBuilder::new().mode(0o700).create(&path) {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(at(&path, "create")(error)),
+                _ => {}
+            }
+            let file = match File::open(&path) {
+                // Removed again by another run that ended.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                result => result.map_err(at(&path, "open"))?,
+            };
+            file.lock().map_err(at(&path, "lock"))?;
+            let locked = file.metadata().map_err(at(&path, "look at"))?;
+            if path.is_symlink() || !locked.is_dir() || locked.uid() != user || locked.mode() & 0o077 != 0 {
+                let source = io::Error::other("it must be a directory of this user alone; somebody else made it");
+                return Err(DirectoryError { path, action: "use", source });
+            }
+            // While we waited for the lock, its holder may have removed the directory and somebody made a new one.
+            match fs::symlink_metadata(&path) {
+                Ok(now) if (now.dev(), now.ino()) == (locked.dev(), locked.ino()) => {
+                    return Ok(Self { path, _lock: file });
+                }
+                _ => continue,
+            }
+        }
+    }
+}
+
+impl Drop for Parent {
+    fn drop(&mut self) {
+        // Only succeeds when no run is left, and then leaves nothing at all.
+        let _ = fs::remove_dir(&self.path);
+    }
+}
+
+/// Removes a run's shared memory, then its directory.
+fn remove(path: &Path, run: &str) -> Result<(), DirectoryError> {
+    let shared_memory = Path::new(SHARED_MEMORY);
+    let prefix = prefix(run);
+    for entry in fs::read_dir(shared_memory).map_err(at(shared_memory, "read"))? {
+        let entry = entry.map_err(at(shared_memory, "read"))?;
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            tolerate_absence(fs::remove_file(entry.path())).map_err(at(&entry.path(), "remove"))?;
+        }
+    }
+    tolerate_absence(fs::remove_dir_all(path)).map_err(at(path, "remove"))
+}
+
+fn tolerate_absence(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+fn at(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> DirectoryError {
+    let path = path.to_path_buf();
+    move |source| DirectoryError { path, action, source }
+}
+
+fn clean(base: &str) -> String {
+    let allowed = |character: char| if character.is_ascii_alphanumeric() { character } else { '-' };
+    let name: String = base.chars().map(allowed).take(MAX_NAME).collect();
+    if name.is_empty() { "run".into() } else { name }
+}

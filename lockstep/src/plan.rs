@@ -1,0 +1,244 @@
+//! What every process of a run must know, and how it is written down.
+
+use std::collections::HashSet;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::{LoopError, MAX_WORDS, Network};
+
+/// Name of the plan's file within the run directory.
+pub(crate) const PLAN_FILE: &str = "plan.json";
+
+/// Most processes that can meet in one phase.
+pub(crate) const MAX_MEMBERS: usize = 4096;
+
+/// A process of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkerPlan {
+    /// Its name in reports.
+    pub name: String,
+    /// The nodes that it hosts, by number.
+    pub nodes: Vec<usize>,
+}
+
+/// Everything that a process of a run must know; written as `plan.json` into the run directory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Name of the run; its directory's name.
+    pub run: String,
+    /// Nodes and channels.
+    pub network: Network,
+    /// Phase of every node.
+    pub phases: Vec<usize>,
+    /// Length of a step in nanoseconds.
+    pub period_ns: u64,
+    /// Length of a step in seconds.
+    pub dt: f64,
+    /// Number of steps: 0 to `steps - 1` are executed.
+    pub steps: u64,
+    /// The processes.
+    pub workers: Vec<WorkerPlan>,
+    digest: String,
+}
+
+/// A plan that cannot be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// Nobody could run first.
+    #[error(transparent)]
+    Loop(#[from] LoopError),
+    /// Two nodes or two workers with one name.
+    #[error("the name {0} is used twice")]
+    Name(String),
+    /// A name that a service cannot have.
+    #[error("\"{0}\" cannot be a name: use 1 to 64 of a-z, A-Z, 0-9, _ and -")]
+    BadName(String),
+    /// A node without a process, or with two.
+    #[error("node {node} is hosted by {hosts} workers; it takes exactly one")]
+    Hosts {
+        /// Its name.
+        node: String,
+        /// How many workers claim it.
+        hosts: usize,
+    },
+    /// An index beyond what there is.
+    #[error("{0}")]
+    Index(String),
+    /// A channel that two nodes write.
+    #[error("channel {0} has two writers")]
+    Writers(String),
+    /// A sample that does not fit into any cell.
+    #[error("a sample of channel {topic} has {words} numbers; at most {MAX_WORDS} fit: split the channel")]
+    Large {
+        /// Name of the channel.
+        topic: String,
+        /// Its size in words.
+        words: usize,
+    },
+    /// A step of no length, no nodes, or too many processes in a phase.
+    #[error("{0}")]
+    Size(String),
+    /// The file could not be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not a plan, or that of another version.
+    #[error("{path} is no plan of this version: {reason}")]
+    Format {
+        /// Which.
+        path: PathBuf,
+        /// What does not fit.
+        reason: String,
+    },
+}
+
+impl Plan {
+    /// A plan of `steps` steps of `period_ns` nanoseconds each, the nodes spread over `workers`.
+    ///
+    /// # Errors
+    /// [`PlanError`] if the network cannot be run like this.
+    pub fn new(
+        run: &str,
+        network: Network,
+        period_ns: u64,
+        steps: u64,
+        workers: Vec<WorkerPlan>,
+    ) -> Result<Self, PlanError> {
+        check_network(&network)?;
+        let phases = network.phases()?;
+        check_workers(&network, &workers)?;
+        if period_ns == 0 {
+            return Err(PlanError::Size("a step must take at least 1 ns".into()));
+        }
+        // The division of two integers below 2^53 is the double nearest to the decimal number that people write.
+        let dt = period_ns as f64 / 1e9;
+        let mut plan = Self { run: run.into(), network, phases, period_ns, dt, steps, workers, digest: String::new() };
+        plan.digest = plan.compute_digest();
+        match (0..plan.phase_count()).find(|&phase| plan.members(phase).len() > MAX_MEMBERS) {
+            Some(phase) => {
+                Err(PlanError::Size(format!("more than {MAX_MEMBERS} processes in phase {phase}; group some of them")))
+            }
+            None => Ok(plan),
+        }
+    }
+
+    /// SHA-256 of what is computed: network, step and number of steps, but neither the name of the run nor the grouping.
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// Number of phases of a step.
+    pub fn phase_count(&self) -> usize {
+        self.phases.iter().max().map_or(0, |last| last + 1)
+    }
+
+    /// The workers that have a node in `phase`, in ascending order.
+    pub fn members(&self, phase: usize) -> Vec<usize> {
+        let takes_part = |worker: &usize| self.workers[*worker].nodes.iter().any(|&node| self.phases[node] == phase);
+        (0..self.workers.len()).filter(takes_part).collect()
+    }
+
+    /// Writes `plan.json` into `directory`.
+    ///
+    /// # Errors
+    /// [`PlanError::File`].
+    pub(crate) fn write(&self, directory: &Path) -> Result<(), PlanError> {
+        let path = directory.join(PLAN_FILE);
+        let text = serde_json::to_vec_pretty(self)
+            .map_err(|error| PlanError::Format { path: path.clone(), reason: error.to_string() })?;
+        let file = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
+        file.and_then(|mut file| file.write_all(&text)).map_err(|source| PlanError::File { path, source })
+    }
+
+    /// Reads `plan.json` from a run directory.
+    ///
+    /// # Errors
+    /// [`PlanError::File`] and [`PlanError::Format`].
+    pub fn read(directory: &Path) -> Result<Self, PlanError> {
+        let path = directory.join(PLAN_FILE);
+        let text = std::fs::read(&path).map_err(|source| PlanError::File { path: path.clone(), source })?;
+        let plan: Self = serde_json::from_slice(&text)
+            .map_err(|error| PlanError::Format { path: path.clone(), reason: error.to_string() })?;
+        if plan.compute_digest() != plan.digest {
+            return Err(PlanError::Format { path, reason: "its digest does not fit its content".into() });
+        }
+        Ok(plan)
+    }
+
+    fn compute_digest(&self) -> String {
+        let content = (&self.network, &self.phases, self.period_ns, self.dt.to_bits(), self.steps);
+        // Strings, integers and vectors of them: encoding cannot fail.
+        let bytes = serde_json::to_vec(&content).unwrap_or_default();
+        Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+fn check_network(network: &Network) -> Result<(), PlanError> {
+    if network.nodes.is_empty() {
+        return Err(PlanError::Size("there is no node to run".into()));
+    }
+    for channel in &network.channels {
+        let words = channel.layout.words();
+        if words > MAX_WORDS {
+            return Err(PlanError::Large { topic: channel.topic.clone(), words });
+        }
+    }
+    check_names(network.nodes.iter().map(|node| &node.name))?;
+    let mut written = HashSet::new();
+    for node in &network.nodes {
+        let channels = node.inputs.iter().map(|input| input.channel).chain(node.outputs.iter().copied());
+        if let Some(channel) = channels.into_iter().find(|channel| channel.0 >= network.channels.len()) {
+            return Err(PlanError::Index(format!(
+                "node {} uses channel {}, which does not exist",
+                node.name, channel.0
+            )));
+        }
+        if let Some(twice) = node.outputs.iter().find(|output| !written.insert(output.0)) {
+            return Err(PlanError::Writers(network.channels[twice.0].topic.clone()));
+        }
+    }
+    Ok(())
+}
+
+fn check_workers(network: &Network, workers: &[WorkerPlan]) -> Result<(), PlanError> {
+    check_names(workers.iter().map(|worker| &worker.name))?;
+    let mut hosts = vec![0; network.nodes.len()];
+    for worker in workers {
+        for &node in &worker.nodes {
+            match hosts.get_mut(node) {
+                Some(count) => *count += 1,
+                None => {
+                    let text = format!("worker {} hosts node {node}, which does not exist", worker.name);
+                    return Err(PlanError::Index(text));
+                }
+            }
+        }
+    }
+    match hosts.iter().position(|&count| count != 1) {
+        Some(node) => Err(PlanError::Hosts { node: network.nodes[node].name.clone(), hosts: hosts[node] }),
+        None => Ok(()),
+    }
+}
+
+fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), PlanError> {
+    let mut seen = HashSet::new();
+    for name in names {
+        let allowed = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
+        if name.is_empty() || name.len() > 64 || !name.chars().all(allowed) {
+            return Err(PlanError::BadName(name.clone()));
+        }
+        if !seen.insert(name) {
+            return Err(PlanError::Name(name.clone()));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,124 @@
+//! A worker's part in one phase: what it fetches, whom it runs, what it publishes.
+
+use std::collections::BTreeMap;
+
+use super::panics;
+use crate::board::{ChannelReader, ChannelWriter, Hub, ServiceError};
+use crate::execute::Member;
+use crate::page::{FaultKind, Report};
+use crate::{ChannelId, Participant, Plan, Step, Store, Timing};
+
+/// What a worker does in one phase.
+pub(super) struct Seat {
+    pub(super) phase: usize,
+    /// Its number among the workers of the phase.
+    pub(super) position: usize,
+    fetches: Vec<Fetch>,
+    members: Vec<Seated>,
+}
+
+/// A channel that another process writes.
+struct Fetch {
+    reader: ChannelReader,
+    timing: Timing,
+    /// The node that needs it first.
+    node: usize,
+}
+
+/// A participant with its place to publish.
+struct Seated {
+    member: Member,
+    writers: Vec<ChannelWriter>,
+}
+
+/// The seats of a worker, in order of phases, with all channels open.
+pub(super) fn take(
+    plan: &Plan,
+    worker: usize,
+    hub: &Hub,
+    participants: Vec<Box<dyn Participant>>,
+) -> Result<Vec<Seat>, ServiceError> {
+    let network = &plan.network;
+    let mut hosted: Vec<(usize, Box<dyn Participant>)> =
+        plan.workers[worker].nodes.iter().copied().zip(participants).collect();
+    // The order of execution is that of the network, not that in which a worker lists its nodes.
+    hosted.sort_by_key(|&(node, _)| (plan.phases[node], node));
+    let order: Vec<usize> = hosted.iter().map(|&(node, _)| node).collect();
+    let mut seats: Vec<Seat> = Vec::new();
+    for (node, participant) in hosted {
+        let phase = plan.phases[node];
+        if seats.last().is_none_or(|seat| seat.phase != phase) {
+            let position = plan.members(phase).iter().position(|&member| member == worker).unwrap_or(0);
+            seats.push(Seat { phase, position, fetches: Vec::new(), members: Vec::new() });
+        }
+        let writes = !network.nodes[node].outputs.is_empty();
+        let writers = if writes { hub.open(network, node)?.writers()? } else { Vec::new() };
+        if let Some(seat) = seats.last_mut() {
+            seat.members.push(Seated { member: Member::new(network, node, participant), writers });
+        }
+    }
+    let wanted = wanted_channels(plan, &order);
+    for writer in 0..network.nodes.len() {
+        let is_wanted = |channel: &ChannelId| wanted.contains_key(channel);
+        if !network.nodes[writer].outputs.iter().any(is_wanted) {
+            continue;
+        }
+        for reader in hub.open(network, writer)?.readers(is_wanted)? {
+            let (timing, node) = wanted[&reader.channel];
+            if let Some(seat) = seats.iter_mut().find(|seat| seat.phase == plan.phases[node]) {
+                seat.fetches.push(Fetch { reader, timing, node });
+            }
+        }
+    }
+    Ok(seats)
+}
+
+/// What the nodes in `order` read from other processes: of which step, and who needs it first.
+fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing, usize)> {
+    let writers = plan.network.writers();
+    let mut wanted: BTreeMap<ChannelId, (Timing, usize)> = BTreeMap::new();
+    for &node in order {
+        for input in &plan.network.nodes[node].inputs {
+            // Nobody writes it: it reads as zeros. A node of this process writes it: it is in the store.
+            if writers[input.channel.0].is_none_or(|writer| order.contains(&writer)) {
+                continue;
+            }
+            let entry = wanted.entry(input.channel).or_insert((input.timing, node));
+            // What is fetched in every step for a same-step reader is still there for a delayed one in the next step.
+            if input.timing == Timing::SameStep && entry.0 == Timing::Delayed {
+                *entry = (Timing::SameStep, node);
+            }
+        }
+    }
+    wanted
+}
+
+impl Seat {
+    /// Fetches, runs and publishes.
+    pub(super) fn run(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
+        for fetch in &self.fetches {
+            let sample = match fetch.timing {
+                Timing::SameStep => Some(step.index),
+                Timing::Delayed => step.index.checked_sub(1),
+            };
+            let Some(sample) = sample else { continue };
+            fetch
+                .reader
+                .fetch(&plan.network, store, sample)
+                .map_err(|wrong| fault(fetch.node, step, wrong.describe(&plan.network)))?;
+        }
+        for seated in &mut self.members {
+            let member = &mut seated.member;
+            panics::catch(|| member.run(&plan.network, store, step, plan.period_ns))
+                .and_then(|result| result.map_err(|fault| fault.0))
+                .map_err(|message| fault(member.node, step, message))?;
+            seated.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
+        }
+        Ok(())
+    }
+}
+
+#[cold]
+fn fault(node: usize, step: &Step, message: String) -> Report {
+    Report { kind: FaultKind::Fault, node, step: step.index, message }
+}

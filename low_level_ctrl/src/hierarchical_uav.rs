@@ -1,0 +1,285 @@
+//! The low-level controller of a quadcopter in section 7.2: position loop, guidance law, attitude loop.
+
+use formation::nalgebra::{Vector3, Vector6};
+use formation::scenario::Context;
+use formation::vehicle::Quadcopter;
+use formation::wiring::{Bind, Checks, Component, Refusal};
+use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use serde::Deserialize;
+
+use crate::{Differentiation, DifferentiatorSettings, SlopePair};
+
+const GRAVITY: f64 = 9.81;
+
+/// How the disturbance estimate is faded in. (7.40)
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Introduction {
+    /// At full weight from the start.
+    None,
+    /// By a logistic function of time.
+    Logistic,
+    /// (7.40) as printed, which starts at -1.
+    Printed,
+}
+
+/// Gains and options of the controller.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HierarchicalUav {
+    /// λp, slope of the position loop's sliding surface, 1/s.
+    pub lam_p: f64,
+    /// cp, 1/s.
+    pub c_p: f64,
+    /// kp, 1/s².
+    pub k_p: f64,
+    /// λa, slope of the attitude loop's sliding surface, 1/s.
+    pub lam_a: f64,
+    /// ca, 1/s.
+    pub c_a: f64,
+    /// ka, 1/s².
+    pub k_a: f64,
+    /// Desired yaw, rad.
+    #[serde(default)]
+    pub psi_d: f64,
+    /// Limit of the rate of the attitude reference, rad/s.
+    pub xi1_max: f64,
+    /// Limit of its second derivative, rad/s².
+    pub xi2_max: f64,
+    /// How the estimate is faded in.
+    pub intro: Introduction,
+    /// γ1, steepness of the introduction, 1/s.
+    pub gamma1: f64,
+    /// γ2, its middle, s.
+    pub gamma2: f64,
+    /// How the attitude reference is differentiated.
+    pub diff: Differentiation,
+    /// Steps over which a smoothed derivative is taken and held.
+    pub n_diff: u64,
+}
+
+/// What the controller has to track, and the disturbance that its observer reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UavReference {
+    /// x̄, m.
+    pub position: Vector3<f64>,
+    /// v̄, m/s.
+    pub velocity: Vector3<f64>,
+    /// ū, m/s².
+    pub acceleration: Vector3<f64>,
+}
+
+/// The controller of one quadcopter.
+#[derive(Clone, Debug)]
+pub struct HierarchicalUavController {
+    gains: HierarchicalUav,
+    vehicle: Quadcopter,
+    slopes: SlopePair,
+    /// (T, τ1, τ2, τ3), N.
+    pub input: [f64; 4],
+    /// sp.
+    pub sliding_position: Vector3<f64>,
+    /// ŝa.
+    pub sliding_attitude: Vector3<f64>,
+    /// ad = (φd, θd, ψd), rad.
+    pub attitude_reference: Vector3<f64>,
+    /// ξ1, rad/s.
+    pub attitude_rate: Vector3<f64>,
+    /// ξ2, rad/s².
+    pub attitude_acceleration: Vector3<f64>,
+}
+
+impl HierarchicalUavController {
+    /// A controller for `vehicle`.
+    pub fn new(gains: HierarchicalUav, vehicle: Quadcopter) -> Self {
+        let settings = DifferentiatorSettings {
+            method: gains.diff,
+            hold: gains.n_diff,
+            rate_limit: gains.xi1_max,
+            acceleration_limit: gains.xi2_max,
+        };
+        let zero = Vector3::zeros();
+        Self {
+            gains,
+            vehicle,
+            slopes: SlopePair::new(&settings),
+            input: [0.0; 4],
+            sliding_position: zero,
+            sliding_attitude: zero,
+            attitude_reference: zero,
+            attitude_rate: zero,
+            attitude_acceleration: zero,
+        }
+    }
+
+    /// Computes thrust and torques from the measured state, the reference and the estimated disturbance.
+    pub fn update(
+        &mut self,
+        step: &Step,
+        coordinates: &Vector6<f64>,
+        velocities: &Vector6<f64>,
+        reference: &UavReference,
+        disturbance: &Vector6<f64>,
+    ) {
+        let introduced = self.introduction(step.time()) * disturbance;
+        let push = self.position_loop(coordinates, velocities, reference, &introduced);
+        self.guide(&push);
+        (self.attitude_rate, self.attitude_acceleration) =
+            self.slopes.update(step.index, step.dt, &self.attitude_reference);
+        let turn = self.attitude_loop(coordinates, velocities, &introduced);
+        let thrust = self.vehicle.mass * push.z / (libm::cos(coordinates[3]) * libm::cos(coordinates[4])); // (7.43)
+        let effect = self.vehicle.torque_effect();
+        self.input = [thrust, turn[0] / effect[0], turn[1] / effect[1], turn[2] / effect[2]];
+    }
+
+    /// f(t). (7.40)
+    fn introduction(&self, time: f64) -> f64 {
+        let decay = libm::exp(-self.gains.gamma1 * (time - self.gains.gamma2));
+        match self.gains.intro {
+            Introduction::None => 1.0,
+            Introduction::Logistic => 1.0 / (1.0 + decay),
+            Introduction::Printed => (1.0 - decay) / (1.0 + decay),
+        }
+    }
+
+    /// up, the acceleration that the position loop asks for. (7.41)
+    fn position_loop(
+        &mut self,
+        coordinates: &Vector6<f64>,
+        velocities: &Vector6<f64>,
+        reference: &UavReference,
+        disturbance: &Vector6<f64>,
+    ) -> Vector3<f64> {
+        let HierarchicalUav { lam_p, c_p, k_p, .. } = self.gains;
+        let error = coordinates.fixed_rows::<3>(0) - reference.position;
+        let rate = velocities.fixed_rows::<3>(0) - reference.velocity;
+        self.sliding_position = rate + lam_p * error; // (7.26)
+        reference.acceleration
+            - disturbance.fixed_rows::<3>(0)
+            - lam_p * rate
+            - k_p * error
+            - c_p * self.sliding_position
+            + Vector3::new(0.0, 0.0, GRAVITY)
+    }
+
+    /// Roll and pitch that point the thrust along `push`. (7.31)
+    fn guide(&mut self, push: &Vector3<f64>) {
+        let (sin_yaw, cos_yaw) = (libm::sin(self.gains.psi_d), libm::cos(self.gains.psi_d));
+        let roll = libm::asin((push.x * sin_yaw - push.y * cos_yaw) / push.norm());
+        let pitch = libm::atan((push.x * cos_yaw + push.y * sin_yaw) / push.z);
+        self.attitude_reference = Vector3::new(roll, pitch, self.gains.psi_d);
+    }
+
+    /// ua, the angular acceleration that the attitude loop asks for. (7.42)
+    fn attitude_loop(
+        &mut self,
+        coordinates: &Vector6<f64>,
+        velocities: &Vector6<f64>,
+        disturbance: &Vector6<f64>,
+    ) -> Vector3<f64> {
+        let HierarchicalUav { lam_a, c_a, k_a, .. } = self.gains;
+        let error = coordinates.fixed_rows::<3>(3) - self.attitude_reference;
+        let rate = velocities.fixed_rows::<3>(3) - self.attitude_rate;
+        self.sliding_attitude = rate + lam_a * error; // (7.36)
+        self.attitude_acceleration
+            - disturbance.fixed_rows::<3>(3)
+            - lam_a * rate
+            - k_a * error
+            - c_a * self.sliding_attitude
+    }
+}
+
+impl Component for HierarchicalUav {
+    fn check(&self, _: &Context) -> Checks {
+        Checks::default()
+            .positive("lam_p", self.lam_p)
+            .positive("c_p", self.c_p)
+            .positive("k_p", self.k_p)
+            .positive("lam_a", self.lam_a)
+            .positive("c_a", self.c_a)
+            .positive("k_a", self.k_a)
+            .finite("psi_d", self.psi_d)
+            .positive("xi1_max", self.xi1_max)
+            .positive("xi2_max", self.xi2_max)
+            .positive("gamma1", self.gamma1)
+            .finite("gamma2", self.gamma2)
+            .require(self.n_diff >= 1, "n_diff", "expected at least one step, found 0")
+    }
+
+    fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
+        vec![
+            context.agents[agent].vehicle.input_field(),
+            Field::vector("attitude_reference", 3, "rad"),
+            Field::vector("xi1", 3, "rad/s"),
+            Field::vector("xi2", 3, "rad/s^2"),
+            Field::vector("sliding_position", 3, "m/s"),
+            Field::vector("sliding_attitude", 3, "rad/s"),
+        ]
+    }
+
+    fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
+        let agent = agents[0];
+        let vehicle = context.agents[agent].nominal.quadcopter().ok_or_else(|| {
+            Refusal(
+                "the controller `hierarchical_uav` flies quadcopters; this vehicle has no thrust and no attitude"
+                    .into(),
+            )
+        })?;
+        Ok(Box::new(HierarchicalUavParticipant {
+            controller: HierarchicalUavController::new(self.clone(), vehicle.clone()),
+            coordinates: bind.state(agent, "position")?,
+            velocities: bind.state(agent, "velocity")?,
+            reference: [
+                bind.reference(agent, "position")?,
+                bind.reference(agent, "velocity")?,
+                bind.reference(agent, "acceleration")?,
+            ],
+            disturbance: bind.estimate(agent, "disturbance")?,
+            input: bind.out(agent, "input")?,
+            outputs: [
+                bind.out(agent, "attitude_reference")?,
+                bind.out(agent, "xi1")?,
+                bind.out(agent, "xi2")?,
+                bind.out(agent, "sliding_position")?,
+                bind.out(agent, "sliding_attitude")?,
+            ],
+        }))
+    }
+}
+
+struct HierarchicalUavParticipant {
+    controller: HierarchicalUavController,
+    coordinates: In<6>,
+    velocities: In<6>,
+    reference: [In<3>; 3],
+    disturbance: In<6>,
+    input: Out<4>,
+    outputs: [Out<3>; 5],
+}
+
+impl Participant for HierarchicalUavParticipant {
+    fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
+        let [position, velocity, acceleration] = self.reference.map(|signal| Vector3::from(io.get(signal)));
+        let reference = UavReference { position, velocity, acceleration };
+        let controller = &mut self.controller;
+        controller.update(
+            step,
+            &io.get(self.coordinates).into(),
+            &io.get(self.velocities).into(),
+            &reference,
+            &io.get(self.disturbance).into(),
+        );
+        io.set(self.input, controller.input);
+        let values = [
+            controller.attitude_reference,
+            controller.attitude_rate,
+            controller.attitude_acceleration,
+            controller.sliding_position,
+            controller.sliding_attitude,
+        ];
+        for (port, value) in self.outputs.into_iter().zip(values) {
+            io.set(port, value.into());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,35 @@
+//! The log of a run: one MCAP file that every ROS 2 tool opens.
+//!
+//! - [`Recorder`] writes it while the run goes on; the same run gives the same bytes.
+//! - [`Log`] reads it back, also if the run was killed in the middle of it.
+//! - [`recover`] turns the log of a killed run into a finished file, for viewers that refuse a cut one.
+//!
+//! A sample is stored as CDR, which is what a [`lockstep::Layout`] lays out already. The schema next to it says what the
+//! bytes mean, so a log needs no program of ours to be read.
+
+mod batch;
+mod error;
+mod reader;
+mod recorder;
+mod records;
+mod recover;
+mod schema;
+mod series;
+mod sink;
+
+pub use error::LogError;
+pub use reader::{Log, LogChannel};
+pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};
+pub use recover::{Recovered, recover};
+pub use series::Series;
+pub use sink::Summary;
+
+#[cfg(test)]
+mod tests;
+
+/// Name of the attachment that holds the effective scenario.
+const SCENARIO: &str = "scenario.toml";
+/// Name of the metadata record that holds what the caller says about the run.
+const METADATA: &str = "phalanx";
+/// What stands before the header of every message: CDR, little-endian, no options.
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

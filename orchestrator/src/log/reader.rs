@@ -1,0 +1,258 @@
+//! Reading a log back.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use lockstep::{HEADER_BYTES, Header, Layout};
+
+use super::records::{Ending, Record, walk};
+use super::schema::layout_of;
+use super::{ENCAPSULATION, LogError, METADATA, SCENARIO, Series};
+
+/// Numbers kept of the header of a sample: its step and its status.
+const HEADER_WORDS: usize = 2;
+
+/// A channel of a [`Log`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogChannel {
+    /// Its name, `/agent_3/state`.
+    pub topic: String,
+    /// Name of its type, `phalanx_msgs/msg/State`. Empty if it has none.
+    pub schema: String,
+    /// Number of its messages in the file.
+    pub messages: u64,
+    /// Number of the agent it belongs to, 0 if none; known from the first sample.
+    pub agent: u32,
+    /// What its samples consist of; `None` for a channel of another kind, whose messages are not decoded.
+    pub layout: Option<Layout>,
+    /// Step, status and words of each sample, one after the other.
+    data: Vec<f64>,
+}
+
+impl LogChannel {
+    fn stride(&self) -> usize {
+        HEADER_WORDS + self.layout.as_ref().map_or(0, Layout::words)
+    }
+}
+
+/// A recorded run, in memory.
+#[derive(Clone, Debug)]
+pub struct Log {
+    path: PathBuf,
+    complete: bool,
+    scenario: Option<String>,
+    metadata: Option<BTreeMap<String, String>>,
+    channels: Vec<LogChannel>,
+    /// The first recorded step.
+    first: Option<u32>,
+    times: Vec<u64>,
+}
+
+impl Log {
+    /// Reads the log `path`. Of a run that was killed, it reads all steps that had reached the file.
+    ///
+    /// # Errors
+    /// [`LogError::Read`], [`LogError::NotMcap`], [`LogError::Foreign`]; [`LogError::Damaged`], [`LogError::Topic`] and
+    /// [`LogError::Step`] if the content is wrong or a sample is missing.
+    pub fn open(path: &Path) -> Result<Self, LogError> {
+        let mut reader = Reader::new(path);
+        let ending = walk(path, |at, record| reader.take(at, record))?;
+        reader.finish(ending)
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the recorder finished the file. If not, the run was killed, and a viewer needs [`recover`](super::recover).
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// The scenario that was run, TOML.
+    pub fn scenario_text(&self) -> Option<&str> {
+        self.scenario.as_deref()
+    }
+
+    /// What the recorder was told about the run.
+    pub fn metadata(&self) -> Option<&BTreeMap<String, String>> {
+        self.metadata.as_ref()
+    }
+
+    /// All channels in the order of the file.
+    pub fn channels(&self) -> &[LogChannel] {
+        &self.channels
+    }
+
+    /// The recorded steps; row i of a [`Series`] belongs to the i-th of them.
+    pub fn steps(&self) -> Range<u64> {
+        let first = self.first.unwrap_or(0).into();
+        first..first + self.times.len() as u64
+    }
+
+    /// Simulated time of each recorded step, ns.
+    pub fn times(&self) -> &[u64] {
+        &self.times
+    }
+
+    /// The values of `field` on `topic` at all steps; `None` if there is no such signal.
+    ///
+    /// Besides the fields of the layout, every topic has `step`, the step that computed the sample, and `status`, the number
+    /// of its [`lockstep::Status`].
+    pub fn signal(&self, topic: &str, field: &str) -> Option<Series<'_>> {
+        let channel = self.channels.iter().find(|channel| channel.topic == topic && channel.layout.is_some())?;
+        let (offset, width) = match field {
+            "step" => (0, 1),
+            "status" => (1, 1),
+            _ => channel.layout.as_ref()?.find(field).map(|(offset, width)| (HEADER_WORDS + offset, width))?,
+        };
+        Some(Series::new(&channel.data, channel.stride(), offset, width))
+    }
+}
+
+/// A log while it is being read.
+struct Reader {
+    log: Log,
+    /// Name and, if it is one of ours, layout by number.
+    schemas: BTreeMap<u16, (String, Option<Layout>)>,
+    /// Index of a channel by its number in the file; a table, as every message asks.
+    index: Vec<Option<usize>>,
+}
+
+impl Reader {
+    fn new(path: &Path) -> Self {
+        let log = Log {
+            path: path.into(),
+            complete: false,
+            scenario: None,
+            metadata: None,
+            channels: Vec::new(),
+            first: None,
+            times: Vec::new(),
+        };
+        Self { log, schemas: BTreeMap::new(), index: Vec::new() }
+    }
+
+    fn take(&mut self, at: u64, record: Record<'_>) -> Result<(), LogError> {
+        match record {
+            Record::Message { channel, sequence, log_time, data, .. } => {
+                let known = self.index.get(usize::from(channel)).copied().flatten();
+                let damaged = || LogError::damaged(&self.log.path, at, "a message belongs to no channel");
+                let known = known.ok_or_else(damaged)?;
+                self.log.message(known, sequence, log_time, data)?;
+            }
+            Record::Schema { id, name, encoding, text } => {
+                let layout = if encoding == "ros2msg" { layout_of(text) } else { None };
+                self.schemas.insert(id, (name.into(), layout));
+            }
+            Record::Channel { id, schema, topic, encoding, .. } => self.channel(id, schema, topic, encoding)?,
+            Record::Attachment { name: SCENARIO, data, .. } => {
+                let text = std::str::from_utf8(data);
+                let text = text.map_err(|_| LogError::damaged(&self.log.path, at, "the scenario is no text"))?;
+                self.log.scenario = Some(text.into());
+            }
+            Record::Metadata { name: METADATA, metadata } => self.log.metadata = Some(metadata),
+            Record::Header { .. } | Record::Attachment { .. } | Record::Metadata { .. } | Record::ChunkEnd => {}
+        }
+        Ok(())
+    }
+
+    fn channel(&mut self, id: u16, schema: u16, topic: &str, encoding: &str) -> Result<(), LogError> {
+        let place = usize::from(id);
+        if self.index.len() <= place {
+            self.index.resize(place + 1, None);
+        }
+        if self.index[place].is_some() {
+            // MCAP allows to say the same again.
+            return Ok(());
+        }
+        let (schema, layout) = self.schemas.get(&schema).cloned().unwrap_or_default();
+        let layout = layout.filter(|_| encoding == "cdr");
+        let same = |other: &LogChannel| other.topic == topic && other.layout.is_some();
+        if layout.is_some() && self.log.channels.iter().any(same) {
+            return Err(self.log.wrong(topic, "two channels have this name"));
+        }
+        self.index[place] = Some(self.log.channels.len());
+        let topic = topic.into();
+        self.log.channels.push(LogChannel { topic, schema, messages: 0, agent: 0, layout, data: Vec::new() });
+        Ok(())
+    }
+
+    fn finish(self, ending: Ending) -> Result<Log, LogError> {
+        let mut log = self.log;
+        log.complete = ending == Ending::Complete;
+        if log.metadata.is_none() && log.channels.iter().all(|channel| channel.layout.is_none()) {
+            return Err(LogError::Foreign { path: log.path });
+        }
+        let rows = |channel: &LogChannel| channel.data.len() / channel.stride();
+        let decoded = || log.channels.iter().filter(|channel| channel.layout.is_some());
+        let shortest = decoded().map(rows).min().unwrap_or(0);
+        if let Some(channel) = decoded().find(|channel| log.complete && rows(channel) < log.times.len()) {
+            let expected = log.steps().start + rows(channel) as u64;
+            return Err(log.missing(&channel.topic, expected, "it ends before other topics".into()));
+        }
+        // Chunks end with steps, so a cut costs whole steps; a cut file of another writer may still end within one.
+        log.times.truncate(shortest);
+        for channel in &mut log.channels {
+            channel.data.truncate(shortest * channel.stride());
+            channel.data.shrink_to_fit();
+        }
+        Ok(log)
+    }
+}
+
+impl Log {
+    /// Takes a message of the channel with this index.
+    fn message(&mut self, index: usize, sequence: u32, time_ns: u64, data: &[u8]) -> Result<(), LogError> {
+        let channel = &mut self.channels[index];
+        channel.messages += 1;
+        let Some(layout) = &channel.layout else { return Ok(()) };
+        let (bytes, stride) = (layout.bytes(), HEADER_WORDS + layout.words());
+        let Some((header, words)) = sample(data, bytes) else {
+            return Err(self.wrong_by_index(index, format!("a message is not the {bytes} bytes of its schema")));
+        };
+        let row = channel.data.len() / stride;
+        let first = *self.first.get_or_insert(sequence);
+        let expected = u64::from(first) + row as u64;
+        if sequence != expected as u32 {
+            let topic = channel.topic.clone();
+            return Err(self.missing(&topic, expected, format!("a sample numbered {sequence} stands there")));
+        }
+        match self.times.get(row) {
+            None => self.times.push(time_ns),
+            Some(time) if *time == time_ns => {}
+            Some(time) => {
+                let found = format!("its time is {time_ns} ns, that of other topics {time} ns");
+                let topic = channel.topic.clone();
+                return Err(self.missing(&topic, expected, found));
+            }
+        }
+        if row == 0 {
+            channel.agent = header.agent;
+        }
+        channel.data.extend_from_slice(&[header.step as f64, f64::from(header.status)]);
+        channel.data.extend(words.iter().map(|word| f64::from_le_bytes(*word)));
+        Ok(())
+    }
+
+    fn missing(&self, topic: &str, expected: u64, found: String) -> LogError {
+        LogError::Step { path: self.path.clone(), topic: topic.into(), expected, found }
+    }
+
+    fn wrong(&self, topic: &str, what: impl Into<String>) -> LogError {
+        LogError::Topic { path: self.path.clone(), topic: topic.into(), what: what.into() }
+    }
+
+    fn wrong_by_index(&self, index: usize, what: String) -> LogError {
+        self.wrong(&self.channels[index].topic, what)
+    }
+}
+
+/// Header and words of a sample of `bytes` bytes; `None` if it is none.
+fn sample(data: &[u8], bytes: usize) -> Option<(Header, &[[u8; 8]])> {
+    let body = data.strip_prefix(&ENCAPSULATION)?;
+    let (words, _) = body.get(HEADER_BYTES..)?.as_chunks();
+    (body.len() == bytes).then_some((Header::from_bytes(body)?, words))
+}

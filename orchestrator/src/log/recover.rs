@@ -1,0 +1,104 @@
+//! Making a finished file out of the log of a killed run.
+
+use std::fs::{File, canonicalize};
+use std::path::Path;
+
+use super::LogError;
+use super::records::{Ending, Record, walk};
+use super::sink::{ChannelRecord, SchemaRecord, Sink, Summary};
+
+/// What [`recover`] saved.
+#[derive(Clone, Debug)]
+pub struct Recovered {
+    /// The new file.
+    pub file: Summary,
+    /// Channels in it.
+    pub channels: u64,
+    /// Attachments in it.
+    pub attachments: u64,
+    /// Metadata records in it.
+    pub metadata: u64,
+    /// Whether the source was a finished file already.
+    pub was_complete: bool,
+    /// Where the source is damaged, if it is more than cut; what stands behind that place is not in the new file.
+    pub damage: Option<LogError>,
+}
+
+/// Copies all that is whole in the log `path` into a new file `out`, replacing a file of that name.
+///
+/// # Errors
+/// [`LogError::SameFile`] if both are one file, [`LogError::Read`] and [`LogError::NotMcap`] for the source,
+/// [`LogError::Write`] for the result.
+pub fn recover(path: &Path, out: &Path) -> Result<Recovered, LogError> {
+    if matches!((canonicalize(path), canonicalize(out)), (Ok(source), Ok(target)) if source == target) {
+        return Err(LogError::SameFile { path: path.into() });
+    }
+    let mut copy = Copy { path, out, sink: None, channels: 0, attachments: 0, metadata: 0 };
+    let (was_complete, damage) = match walk(path, |at, record| copy.take(at, record)) {
+        Ok(ending) => (ending == Ending::Complete, None),
+        Err(damage @ LogError::Damaged { .. }) => (false, Some(damage)),
+        Err(other) => return Err(other),
+    };
+    let empty = LogError::NotMcap { path: path.into(), what: "it ends within its header" };
+    let sink = copy.sink.ok_or(empty)?;
+    let file = sink.finish(out.into()).map_err(|error| LogError::write(out, error))?;
+    let Copy { channels, attachments, metadata, .. } = copy;
+    Ok(Recovered { file, channels, attachments, metadata, was_complete, damage })
+}
+
+/// A copy in progress.
+struct Copy<'a> {
+    path: &'a Path,
+    out: &'a Path,
+    /// There from the header on, which says what the new header says.
+    sink: Option<Sink<File>>,
+    channels: u64,
+    attachments: u64,
+    metadata: u64,
+}
+
+impl Copy<'_> {
+    fn take(&mut self, at: u64, record: Record<'_>) -> Result<(), LogError> {
+        if let Record::Header { profile, library } = record {
+            if self.sink.is_some() {
+                return Err(LogError::damaged(self.path, at, "there is a second header"));
+            }
+            let file = File::create(self.out).map_err(|error| LogError::write(self.out, error))?;
+            // Chunks are copied one by one, so there is nothing to flush in between.
+            let sink = Sink::new(file, profile, library, u64::MAX);
+            self.sink = Some(sink.map_err(|error| LogError::write(self.out, error))?);
+            return Ok(());
+        }
+        let Some(sink) = &mut self.sink else {
+            return Err(LogError::damaged(self.path, at, "a record stands before the header"));
+        };
+        let copied = match record {
+            Record::Header { .. } => Ok(()),
+            Record::Schema { id, name, encoding, text } => {
+                sink.schema(&SchemaRecord { id, name: name.into(), encoding: encoding.into(), text: text.into() })
+            }
+            Record::Channel { id, schema, topic, encoding, metadata } => {
+                self.channels += 1;
+                let (topic, encoding) = (topic.into(), encoding.into());
+                sink.channel(&ChannelRecord { id, schema, topic, encoding, metadata })
+            }
+            Record::Message { channel, sequence, log_time, publish_time, data } => {
+                sink.message(channel, sequence, [log_time, publish_time], data)
+            }
+            Record::Attachment { name, media_type, data } => {
+                self.attachments += 1;
+                sink.attach(name, media_type, data)
+            }
+            Record::Metadata { name, metadata } => {
+                self.metadata += 1;
+                sink.metadata(name, &metadata)
+            }
+            Record::ChunkEnd => sink.flush(),
+        };
+        copied.map_err(|source| match source.get_ref().is_some_and(|inner| inner.is::<mcap::McapError>()) {
+            // The library refuses what contradicts itself; the operating system is not to blame.
+            true => LogError::damaged(self.path, at, source.to_string()),
+            false => LogError::write(self.out, source),
+        })
+    }
+}

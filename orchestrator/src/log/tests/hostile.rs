@@ -1,0 +1,210 @@
+//! Files that are cut, damaged, or somebody else's, and disks that are full.
+
+use std::io::{self, Write};
+
+use super::*;
+use crate::log::sink::{ChannelRecord, SchemaRecord, Sink};
+
+/// The same numbers in every run of the test.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % limit as u64) as usize
+    }
+}
+
+#[test]
+fn a_cut_log_is_read_up_to_the_cut_and_recovered() {
+    let scratch = Scratch::new("cut");
+    let (path, cut, out) = (scratch.file("run.mcap"), scratch.file("cut.mcap"), scratch.file("out.mcap"));
+    let run = Run::new(2, 3);
+    run.record(&path, 95);
+    let bytes = fs::read(&path).unwrap();
+    let mut random = Random(1);
+    let mut seen = 0;
+    for round in 0..200 {
+        let length = if round == 0 { bytes.len() - 1 } else { random.below(bytes.len()) };
+        fs::write(&cut, &bytes[..length]).unwrap();
+        let log = match Log::open(&cut) {
+            Ok(log) => log,
+            Err(LogError::NotMcap { .. } | LogError::Foreign { .. }) => {
+                assert!(length < 400, "{length}");
+                continue;
+            }
+            Err(error) => panic!("{length}: {error}"),
+        };
+        let steps = log.steps().end;
+        assert!(!log.is_complete() && (steps % 10 == 0 || steps == 95), "{steps}");
+        if log.channels().is_empty() {
+            // Killed before the first flush, which brings channels and samples.
+            assert_eq!(steps, 0);
+            continue;
+        }
+        run.check(&log, steps);
+        let recovered = recover(&cut, &out).unwrap();
+        assert_eq!((recovered.file.messages, recovered.was_complete), (steps * 4, false));
+        assert!(recovered.damage.is_none());
+        let log = Log::open(&out).unwrap();
+        assert!(log.is_complete());
+        run.check(&log, steps);
+        assert_eq!(log.metadata(), Some(&run.metadata));
+        seen = seen.max(steps);
+    }
+    assert_eq!(seen, 95);
+    assert!(matches!(recover(&cut, &cut), Err(LogError::SameFile { .. })));
+    let recovered = recover(&path, &out).unwrap();
+    assert_eq!(
+        (recovered.was_complete, recovered.channels, recovered.attachments, recovered.metadata),
+        (true, 4, 1, 1)
+    );
+}
+
+#[test]
+fn flipped_bits_never_panic_and_never_go_unseen() {
+    let scratch = Scratch::new("flip");
+    let (path, out) = (scratch.file("run.mcap"), scratch.file("out.mcap"));
+    let run = Run::new(1, 2);
+    run.record(&path, 25);
+    let good = fs::read(&path).unwrap();
+    // What follows the data section (its last record takes 13 bytes) is for other readers.
+    let data_end = mcap::Summary::read(&good)
+        .unwrap()
+        .unwrap()
+        .chunk_indexes
+        .last()
+        .map_or(0, |chunk| (chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length) as usize);
+    let mut random = Random(2);
+    for round in 0..1500 {
+        let mut bytes = good.clone();
+        let mut first = bytes.len();
+        for _ in 0..1 + round % 3 {
+            let place = random.below(bytes.len());
+            bytes[place] ^= 1 << random.below(8);
+            first = first.min(place);
+        }
+        fs::write(&path, &bytes).unwrap();
+        let complete = Log::open(&path).is_ok_and(|log| log.is_complete());
+        assert!(!complete || first >= data_end || bytes == good, "flip at {first} went unseen");
+        let _ = recover(&path, &out);
+    }
+}
+
+#[test]
+fn a_damaged_chunk_costs_what_follows_it() {
+    let scratch = Scratch::new("damaged");
+    let (path, out) = (scratch.file("run.mcap"), scratch.file("out.mcap"));
+    let run = Run::new(1, 2);
+    run.record(&path, 50);
+    let mut bytes = fs::read(&path).unwrap();
+    let chunk = &mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes[2];
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length) as usize - 1] ^= 1;
+    fs::write(&path, &bytes).unwrap();
+    let error = Log::open(&path).unwrap_err().to_string();
+    assert!(error.contains(&format!("at byte {}", chunk.chunk_start_offset)) && error.contains("recover"), "{error}");
+    assert!(recover(&path, &out).unwrap().damage.is_some());
+    run.check(&Log::open(&out).unwrap(), 20);
+}
+
+#[test]
+fn lengths_are_not_believed() {
+    let scratch = Scratch::new("lengths");
+    let path = scratch.file("x.mcap");
+    let open = |bytes: &[&[u8]]| {
+        fs::write(&path, bytes.concat()).unwrap();
+        Log::open(&path).unwrap_err().to_string()
+    };
+    assert!(open(&[b""]).contains("it is empty"));
+    assert!(open(&[b"topic,step,x\n1,2,3\n"]).contains("magic"));
+    let huge = u64::MAX.to_le_bytes();
+    assert!(open(&[mcap::MAGIC, &[6], &huge]).contains("claims"));
+    // A chunk of 40 bytes that claims to hold 2^64-1, and one that claims 200 MiB.
+    for size in [huge, (200_u64 << 20).to_le_bytes()] {
+        let length = 48_u64.to_le_bytes();
+        let chunk =
+            [&[0; 16], &size[..], &[0; 4], &4_u32.to_le_bytes(), b"zstd", &4_u64.to_le_bytes(), &[0; 4]].concat();
+        assert_eq!(chunk.len(), 48);
+        assert!(open(&[mcap::MAGIC, &[6], &length, &chunk]).contains("chunk"));
+    }
+    // A schema whose text claims 4 GiB.
+    let schema = [&[1, 0], &[0; 8][..], &u32::MAX.to_le_bytes()].concat();
+    assert!(open(&[mcap::MAGIC, &[3], &14_u64.to_le_bytes(), &schema]).contains("schema"));
+}
+
+#[test]
+fn logs_of_other_programs_are_named_so() {
+    let scratch = Scratch::new("foreign");
+    let path = scratch.file("x.mcap");
+    let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    let channel = writer.add_channel(0, "/chat", "json", &BTreeMap::new()).unwrap();
+    let header = mcap::records::MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
+    writer.write_to_known_channel(&header, b"{}").unwrap();
+    writer.finish().unwrap();
+    assert!(matches!(Log::open(&path), Err(LogError::Foreign { .. })));
+    assert!(matches!(Log::open(&scratch.file("none.mcap")), Err(LogError::Read { .. })));
+    assert!(matches!(Log::open(&scratch.0), Err(LogError::Read { .. })));
+}
+
+#[test]
+fn a_missing_sample_is_named() {
+    let scratch = Scratch::new("missing");
+    let path = scratch.file("x.mcap");
+    let layout = Layout::new([Field::scalar("x", "m")]);
+    let write = |samples: &[(u16, u32, u64, usize)]| {
+        let mut sink = Sink::new(fs::File::create(&path).unwrap(), "ros2", "test", 10).unwrap();
+        let (name, encoding) = (String::from("phalanx_msgs/msg/X"), String::from("ros2msg"));
+        sink.schema(&SchemaRecord { id: 1, name, encoding, text: layout.ros2msg().into() }).unwrap();
+        for id in 0..2 {
+            let (topic, encoding) = (format!("/agent_{id}/x"), String::from("cdr"));
+            sink.channel(&ChannelRecord { id, schema: 1, topic, encoding, metadata: BTreeMap::new() }).unwrap();
+        }
+        for (channel, sequence, time_ns, bytes) in samples {
+            let mut message = vec![0; *bytes];
+            message[1] = 1;
+            sink.message(*channel, *sequence, [*time_ns; 2], &message).unwrap();
+        }
+        sink.finish(path.clone()).unwrap();
+        Log::open(&path).map(|log| log.steps()).map_err(|error| error.to_string())
+    };
+    assert_eq!(write(&[(0, 0, 0, 36), (1, 0, 0, 36), (0, 1, 5, 36), (1, 1, 5, 36)]), Ok(0..2));
+    let missing = "topic /agent_1/x lacks its sample of step 1";
+    assert!(write(&[(0, 0, 0, 36), (1, 0, 0, 36), (0, 1, 5, 36)]).unwrap_err().contains(missing));
+    assert!(write(&[(1, 0, 0, 36), (1, 2, 0, 36)]).unwrap_err().contains(missing));
+    assert!(write(&[(0, 0, 0, 36), (1, 0, 0, 36), (0, 1, 5, 36), (1, 1, 6, 36)]).unwrap_err().contains("6 ns"));
+    assert!(write(&[(0, 0, 0, 35)]).unwrap_err().contains("32 bytes"));
+}
+
+/// A disk with so many bytes left.
+struct Disk(usize);
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 = self.0.checked_sub(bytes.len()).ok_or(io::ErrorKind::StorageFull)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_with_the_name_of_the_file() {
+    let run = Run::new(2, 3);
+    let error = Recorder::create(Path::new("/dev/full"), &run.info()).unwrap_err().to_string();
+    assert!(error.contains("/dev/full") && error.contains("No space left"), "{error}");
+    // Full after the beginning: a later step says so, and every call after it.
+    let mut recorder = Recorder::on(Disk(20_000), Path::new("run.mcap"), &run.info()).unwrap();
+    let error = run.drive(&mut recorder, 0..u64::MAX).unwrap_err().to_string();
+    assert!(error.contains("cannot write log run.mcap: no storage space"), "{error}");
+    assert!(matches!(recorder.add_channel("/x", "x/msg/X", ""), Err(LogError::Write { .. })));
+    assert!(matches!(recorder.finish(), Err(LogError::Write { .. })));
+    // Full at the very end.
+    let run = Run { flush_every: 1 << 40, ..run };
+    let mut recorder = Recorder::on(Disk(20_000), Path::new("run.mcap"), &run.info()).unwrap();
+    run.drive(&mut recorder, 0..500).unwrap();
+    assert!(matches!(recorder.finish(), Err(LogError::Write { .. })));
+}

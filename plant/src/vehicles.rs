@@ -1,0 +1,194 @@
+//! Vehicles under held inputs, integrated by the classical Runge-Kutta method.
+
+use formation::formula::Formula;
+use formation::math::{Rk4, clip};
+use formation::scenario::{Agent, Context};
+use formation::vehicle::{MAX_COORDINATES, MAX_INPUTS, Vehicle};
+use formation::wiring::{Bind, Checks, Component, Refusal, Role};
+use lockstep::{Fault, Field, Io, Participant, Slice, Step, Timing};
+use serde::Deserialize;
+
+/// Parameters of the plant.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicles {
+    /// Steps of the integrator within one step of the run.
+    #[serde(default = "one")]
+    pub substeps: u32,
+}
+
+fn one() -> u32 {
+    1
+}
+
+impl Component for Vehicles {
+    fn check(&self, _: &Context) -> Checks {
+        let found = format!("expected 1 to 1000 steps, found {}", self.substeps);
+        Checks::default().require((1..=1000).contains(&self.substeps), "substeps", found)
+    }
+
+    fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
+        let vehicle = &context.agents[agent].vehicle;
+        let length = vehicle.coordinates();
+        let [position, velocity, acceleration] = units(vehicle);
+        let disturbance = &context.disturbance[agent];
+        let mut fields = vec![Field::vector("position", length, position)];
+        if vehicle.order() == 2 {
+            fields.push(Field::vector("velocity", length, velocity));
+        }
+        let matched_unit = if vehicle.order() == 2 { acceleration } else { velocity };
+        fields.push(Field::vector("disturbance", length, matched_unit));
+        if !disturbance.mismatched.is_empty() {
+            fields.push(Field::vector("mismatched", length, velocity));
+        }
+        fields
+    }
+
+    fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
+        let bodies = agents.iter().map(|&agent| Body::new(context, agent, bind)).collect::<Result<_, _>>()?;
+        Ok(Box::new(VehiclesParticipant { bodies, substeps: self.substeps }))
+    }
+}
+
+fn units(vehicle: &Vehicle) -> [&'static str; 3] {
+    match vehicle {
+        Vehicle::Omni(_) => ["m, m, rad", "m/s, m/s, rad/s", "m/s^2, m/s^2, rad/s^2"],
+        Vehicle::Quadcopter(_) => ["m, rad", "m/s, rad/s", "m/s^2, rad/s^2"],
+    }
+}
+
+/// Integrates the vehicles of its agents, each by itself.
+pub struct VehiclesParticipant {
+    bodies: Vec<Body>,
+    substeps: u32,
+}
+
+impl Participant for VehiclesParticipant {
+    fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
+        for body in &mut self.bodies {
+            if !step.is_first() {
+                let before = (step.index - 1) as f64 * step.dt;
+                body.advance(before, step.dt, self.substeps, io);
+            }
+            body.publish(step.time(), io);
+        }
+        Ok(())
+    }
+}
+
+/// One vehicle, its state and its ports.
+struct Body {
+    dynamics: Dynamics,
+    /// Coordinates, then velocities (order 2).
+    state: Vec<f64>,
+    integrator: Rk4,
+    command: Slice,
+    outputs: Outputs,
+}
+
+struct Outputs {
+    position: Slice,
+    velocity: Option<Slice>,
+    disturbance: Slice,
+    mismatched: Option<Slice>,
+}
+
+/// What turns a state and an input into a time derivative.
+struct Dynamics {
+    vehicle: Vehicle,
+    matched: Vec<Formula>,
+    mismatched: Vec<Formula>,
+    input_limit: Option<f64>,
+    input: [f64; MAX_INPUTS],
+    /// Arguments of the disturbance formulas: t, coordinates, velocities.
+    arguments: Vec<f64>,
+}
+
+impl Body {
+    fn new(context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
+        let Agent { vehicle, position, velocity, .. } = &context.agents[agent];
+        let length = vehicle.coordinates();
+        let mut state = position.clone();
+        if vehicle.order() == 2 {
+            state.extend_from_slice(velocity);
+        }
+        let disturbance = &context.disturbance[agent];
+        let command = bind.slice(Role::Controller, agent, "input", vehicle.inputs(), Timing::Delayed)?;
+        let mut optional = |present: bool, name| present.then(|| bind.slice_out(agent, name, length)).transpose();
+        let outputs = Outputs {
+            velocity: optional(vehicle.order() == 2, "velocity")?,
+            mismatched: optional(!disturbance.mismatched.is_empty(), "mismatched")?,
+            position: bind.slice_out(agent, "position", length)?,
+            disturbance: bind.slice_out(agent, "disturbance", length)?,
+        };
+        let dynamics = Dynamics {
+            vehicle: vehicle.clone(),
+            matched: disturbance.matched.clone(),
+            mismatched: disturbance.mismatched.clone(),
+            input_limit: context.input_limit,
+            input: [0.0; MAX_INPUTS],
+            arguments: vec![0.0; 1 + 2 * length],
+        };
+        Ok(Self { integrator: Rk4::new(state.len()), dynamics, state, command, outputs })
+    }
+
+    /// Advances from `time` by `dt` with the command of the step before held.
+    fn advance(&mut self, time: f64, dt: f64, substeps: u32, io: &Io) {
+        let Self { dynamics, state, integrator, .. } = self;
+        for (input, command) in dynamics.input.iter_mut().zip(io.slice(self.command)) {
+            *input = dynamics.input_limit.map_or(*command, |limit| clip(*command, limit));
+        }
+        let length = dt / f64::from(substeps);
+        for substep in 0..substeps {
+            integrator.step(time + f64::from(substep) * length, length, state, |t, x, out| dynamics.slope(t, x, out));
+        }
+    }
+
+    fn publish(&mut self, time: f64, io: &mut Io) {
+        let length = self.dynamics.vehicle.coordinates();
+        let (position, velocity) = self.state.split_at(length);
+        io.slice_mut(self.outputs.position).copy_from_slice(position);
+        if let Some(port) = self.outputs.velocity {
+            io.slice_mut(port).copy_from_slice(velocity);
+        }
+        self.dynamics.set_arguments(time, &self.state);
+        evaluate(&self.dynamics.matched, &self.dynamics.arguments, io.slice_mut(self.outputs.disturbance));
+        if let Some(port) = self.outputs.mismatched {
+            evaluate(&self.dynamics.mismatched, &self.dynamics.arguments, io.slice_mut(port));
+        }
+    }
+}
+
+impl Dynamics {
+    fn set_arguments(&mut self, time: f64, state: &[f64]) {
+        self.arguments[0] = time;
+        self.arguments[1..=state.len()].copy_from_slice(state);
+    }
+
+    fn slope(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        let length = self.vehicle.coordinates();
+        self.set_arguments(time, state);
+        let mut effect = [0.0; MAX_COORDINATES];
+        self.vehicle.effect(&state[..length], &self.input, &mut effect);
+        let mut disturbance = [0.0; MAX_COORDINATES];
+        evaluate(&self.matched, &self.arguments, &mut disturbance);
+        let driven = out.len() - length;
+        if driven > 0 {
+            let mut mismatched = [0.0; MAX_COORDINATES];
+            evaluate(&self.mismatched, &self.arguments, &mut mismatched);
+            for j in 0..length {
+                out[j] = state[length + j] + mismatched[j];
+            }
+        }
+        for j in 0..length {
+            out[driven + j] = effect[j] + self.vehicle.drift(j) + disturbance[j];
+        }
+    }
+}
+
+/// Writes the value of each formula; leaves `out` as it is where there is none.
+fn evaluate(formulas: &[Formula], arguments: &[f64], out: &mut [f64]) {
+    for (value, formula) in out.iter_mut().zip(formulas) {
+        *value = formula.evaluate(arguments);
+    }
+}
