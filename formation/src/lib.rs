@@ -4,6 +4,7 @@
 pub mod config;
 pub mod formula;
 pub mod math;
+pub mod networks;
 pub mod scenario;
 pub mod vehicle;
 pub mod wiring;

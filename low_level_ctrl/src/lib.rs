@@ -2,9 +2,12 @@
 
 mod attitude_reference;
 mod hierarchical_uav;
+mod local_error;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
+
+pub use local_error::LocalError;
 
 use formation::wiring::Kind;
 

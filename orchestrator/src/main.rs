@@ -1,1 +1,3 @@
+//! The program `phalanx`.
+
 fn main() {}

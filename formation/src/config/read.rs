@@ -50,25 +50,22 @@ use super::{Node, Origin, Problem, Problems, nearest};
 /// ```
 pub fn read<T: DeserializeOwned>(node: &Node, path: &str, problems: &mut Problems) -> Option<T> {
     let state = RefCell::new(State::default());
-    let mut value = None;
-    for _ in 0..ROUND_LIMIT {
-        match descend(PhantomData::<T>, Some(node), &node.origin, path.into(), &state) {
-            Ok(read) => value = Some(read),
-            Err(Failure::Hopeless) => {}
-            Err(_) => continue,
-        }
-        break;
-    }
+    let round = || descend(PhantomData::<T>, Some(node), &node.origin, path.into(), &state);
+    // A round that only placed a mistake is followed by another one; any other result is final.
+    let last = (0..ROUND_LIMIT).map(|_| round()).find(|result| !matches!(result, Err(Failure::Placed)));
     let State { unknown, mut found, .. } = state.into_inner();
     let clean = unknown.is_empty() && found.is_empty();
     found.extend(unknown.into_values());
     found.sort_by(|a, b| a.origin.as_ref().map(Origin::order).cmp(&b.origin.as_ref().map(Origin::order)));
     problems.extend(found);
-    value.filter(|_| clean)
+    if last.is_none() {
+        problems.push(Problem::of(&node.origin, path, "too many mistakes, further ones are not listed"));
+    }
+    last.and_then(Result::ok).filter(|_| clean)
 }
 
 /// Reading gives up looking for further mistakes after so many rounds; each finds one or tries a stand-in for one.
-const ROUND_LIMIT: usize = 500;
+const ROUND_LIMIT: usize = 200;
 
 /// What is known about the mistakes of a tree while it is read.
 ///

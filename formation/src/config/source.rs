@@ -1,15 +1,23 @@
 //! Where a value comes from.
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
 /// A scenario file in memory.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Source {
     /// What messages call it, usually the path as the user typed it.
     pub name: String,
     /// The whole text.
     pub text: String,
+}
+
+/// Without the text, which every value of a tree refers to.
+impl fmt::Debug for Source {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Source").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 impl Source {

@@ -1,13 +1,17 @@
 //! The mathematics that several schemes share, each piece in one place.
 
+mod differentiator;
 mod graph;
 mod integrate;
+mod potential;
 mod power;
 mod projection;
 mod random;
 
+pub use differentiator::{Differentiator, DifferentiatorGains};
 pub use graph::Topology;
 pub use integrate::Rk4;
+pub use potential::PotentialField;
 pub use power::{sig, sig_vector, sign, sign_vector};
 pub use projection::{Projection, clip, clip_vector};
 pub use random::SplitMix64;

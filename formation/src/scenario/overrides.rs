@@ -113,7 +113,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, adjacency_given:
         if let Some(table) = node.as_table_mut()
             && table.get("id").is_none()
         {
-            table.insert("id", Node::from_override(Value::Integer(row as i64), o.text));
+            table.insert("id", Node::from_override(Value::Integer(row as i64), &format!("--set {}", o.text)));
         }
         chosen.push(node);
     }

@@ -10,12 +10,13 @@
 mod batch;
 mod error;
 mod reader;
+mod record;
 mod recorder;
-mod records;
 mod recover;
 mod schema;
 mod series;
 mod sink;
+mod walk;
 
 pub use error::LogError;
 pub use reader::{Log, LogChannel};

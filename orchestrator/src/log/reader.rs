@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use lockstep::{HEADER_BYTES, Header, Layout};
 
-use super::records::{Ending, Record, walk};
+use super::record::Record;
 use super::schema::layout_of;
+use super::walk::{Ending, walk};
 use super::{ENCAPSULATION, LogError, METADATA, SCENARIO, Series};
 
 /// Numbers kept of the header of a sample: its step and its status.

@@ -4,8 +4,9 @@ use std::fs::{File, canonicalize};
 use std::path::Path;
 
 use super::LogError;
-use super::records::{Ending, Record, walk};
+use super::record::Record;
 use super::sink::{ChannelRecord, SchemaRecord, Sink, Summary};
+use super::walk::{Ending, walk};
 
 /// What [`recover`] saved.
 #[derive(Clone, Debug)]

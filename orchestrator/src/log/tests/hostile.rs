@@ -121,14 +121,18 @@ fn lengths_are_not_believed() {
     assert!(open(&[b"topic,step,x\n1,2,3\n"]).contains("magic"));
     let huge = u64::MAX.to_le_bytes();
     assert!(open(&[mcap::MAGIC, &[6], &huge]).contains("claims"));
-    // A chunk of 40 bytes that claims to hold 2^64-1, and one that claims 200 MiB.
-    for size in [huge, (200_u64 << 20).to_le_bytes()] {
-        let length = 48_u64.to_le_bytes();
-        let chunk =
-            [&[0; 16], &size[..], &[0; 4], &4_u32.to_le_bytes(), b"zstd", &4_u64.to_le_bytes(), &[0; 4]].concat();
-        assert_eq!(chunk.len(), 48);
-        assert!(open(&[mcap::MAGIC, &[6], &length, &chunk]).contains("chunk"));
-    }
+    // A chunk that claims to hold 2^64-1 bytes, and one that claims 200 MiB, each behind a good one.
+    let chunk = |size: u64, compression: &[u8], stored: &[u8]| {
+        let name = (compression.len() as u32).to_le_bytes();
+        let length = (stored.len() as u64).to_le_bytes();
+        let body = [&[0; 16], &size.to_le_bytes()[..], &[0; 4], &name, compression, &length, stored].concat();
+        [&[6], &(body.len() as u64).to_le_bytes()[..], &body].concat()
+    };
+    let good = chunk(9, b"", &[0x80, 0, 0, 0, 0, 0, 0, 0, 0]);
+    assert!(open(&[mcap::MAGIC, &good, &good]).contains("not of this program"));
+    assert!(open(&[mcap::MAGIC, &good, &chunk(u64::MAX, b"zstd", &[0; 4])]).contains("more than allowed"));
+    assert!(open(&[mcap::MAGIC, &good, &chunk(200 << 20, b"zstd", &[0; 4])]).contains("cannot be decompressed"));
+    assert!(open(&[mcap::MAGIC, &good, &chunk(4, b"lz4", &[0; 4])]).contains("only zstd"));
     // A schema whose text claims 4 GiB.
     let schema = [&[1, 0], &[0; 8][..], &u32::MAX.to_le_bytes()].concat();
     assert!(open(&[mcap::MAGIC, &[3], &14_u64.to_le_bytes(), &schema]).contains("schema"));

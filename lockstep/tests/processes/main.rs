@@ -1,0 +1,8 @@
+//! Runs in many processes: the same bits as in one, and an end in order whatever happens.
+
+#[path = "../../examples/chain14/chain.rs"]
+mod chain;
+mod mishaps;
+mod results;
+mod support;
+mod worker;

@@ -1,0 +1,185 @@
+//! What comes out of a run does not depend on how it is spread over processes.
+
+use std::time::Duration;
+
+use lockstep::{
+    Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
+};
+
+use crate::support::{Traces, settings, singles, start, workers};
+use crate::{chain, worker};
+
+const STEPS: u64 = 2200;
+const DIGEST: &str = "401660ed0ae7a22d";
+
+fn local_chain() -> Local {
+    let network = chain::network();
+    let participants = (0..chain::NODES).map(chain::participant).collect();
+    Local::new(network, participants, 1e-3).unwrap()
+}
+
+fn digest_in_processes(name: &str, groups: &[Vec<usize>], play: &str) -> String {
+    let mut conductor = start(name, &chain::network(), groups, STEPS, settings(), play);
+    let traces = Traces::of(&conductor);
+    for step in 0..STEPS {
+        assert_eq!(conductor.step().unwrap(), step);
+    }
+    assert!(conductor.step().unwrap_err().to_string().contains("over after 2200 steps"));
+    let digest = chain::digest(conductor.store(), STEPS - 1);
+    conductor.finish().unwrap();
+    traces.assert_none();
+    digest
+}
+
+#[test]
+fn chain_in_one_process() {
+    for (steps, digest) in [(1, "4050ab052a0b6c44"), (10, "40509fa41c6cffbc"), (STEPS, DIGEST)] {
+        let mut local = local_chain();
+        for _ in 0..steps {
+            local.step().unwrap();
+        }
+        assert_eq!(chain::digest(local.store(), steps - 1), digest, "{steps} steps");
+    }
+}
+
+#[test]
+fn chain_in_fourteen_processes_without_allocations() {
+    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network()), "count"), DIGEST);
+}
+
+#[test]
+fn chain_in_other_groupings() {
+    let together = vec![(0..chain::NODES).rev().collect()];
+    assert_eq!(digest_in_processes("together", &together, "chain"), DIGEST);
+    let halves = vec![(0..7).collect(), (7..chain::NODES).collect()];
+    assert_eq!(digest_in_processes("halves", &halves, "chain"), DIGEST);
+    let mut agents = vec![vec![1], vec![0]];
+    agents.extend((2..8).map(|observer| vec![observer + 6, observer]));
+    assert_eq!(digest_in_processes("agents", &agents, "chain"), DIGEST);
+}
+
+#[test]
+fn two_runs_of_one_name_at_once() {
+    let run = || digest_in_processes("twins", &singles(&chain::network()), "chain");
+    std::thread::scope(|scope| {
+        let runs = [scope.spawn(run), scope.spawn(run)];
+        assert_eq!(runs.map(|run| run.join().unwrap()), [DIGEST, DIGEST]);
+    });
+}
+
+#[test]
+fn without_recording_the_store_stays_as_it_was() {
+    let mut conductor = start("blind", &chain::network(), &singles(&chain::network()), 20, settings(), "chain");
+    conductor.set_recording(false);
+    (0..18).for_each(|_| drop(conductor.step().unwrap()));
+    assert_eq!(conductor.store().header(ChannelId(0), 17), None);
+    conductor.set_recording(true);
+    (18..20).for_each(|_| drop(conductor.step().unwrap()));
+    assert_eq!(conductor.store().header(ChannelId(0), 19).unwrap().step, 19);
+    let mut local = local_chain();
+    (0..20).for_each(|_| drop(local.step().unwrap()));
+    assert_eq!(chain::digest(conductor.store(), 19), chain::digest(local.store(), 19));
+    conductor.finish().unwrap();
+}
+
+/// Nodes that run at different rates, with same-step and delayed edges between all of them.
+fn rates() -> Network {
+    let node = |index: usize, every, offset, inputs: &[(usize, Timing)]| Node {
+        name: format!("n{index}"),
+        inputs: inputs.iter().map(|&(c, timing)| Input { channel: ChannelId(c), timing }).collect(),
+        outputs: vec![ChannelId(index)],
+        every,
+        offset,
+    };
+    use Timing::{Delayed, SameStep};
+    let nodes = vec![
+        node(0, 1, 0, &[(3, Delayed), (2, Delayed)]),
+        node(1, 3, 0, &[(0, SameStep), (3, Delayed)]),
+        node(2, 5, 2, &[(0, SameStep), (1, SameStep), (2, Delayed)]),
+        node(3, 1, 4, &[(1, SameStep), (2, SameStep), (0, Delayed)]),
+    ];
+    let channel = |index| Channel {
+        topic: format!("/c{index}"),
+        agent: index,
+        layout: Layout::new([Field::scalar("value", "")]),
+    };
+    Network { channels: (0..4).map(channel).collect(), nodes }
+}
+
+#[test]
+fn nodes_at_lower_rates_hold_their_samples_alike_everywhere() {
+    let network = rates();
+    for (name, groups) in [("rates-4", singles(&network)), ("rates-2", vec![vec![0, 2], vec![1, 3]])] {
+        let plan = Plan::new(name, network.clone(), 1_000_000, 60, workers(&network, &groups)).unwrap();
+        let participants = (0..4).map(|node| worker::participant("sum", &plan, node)).collect();
+        let mut local = Local::new(network.clone(), participants, plan.dt).unwrap();
+        let mut conductor = start(name, &network, &groups, 60, settings(), "sum");
+        for step in 0..60 {
+            local.step().unwrap();
+            conductor.step().unwrap();
+            for channel in (0..4).map(ChannelId) {
+                let (ours, theirs) = (local.store(), conductor.store());
+                assert_eq!(ours.header(channel, step), theirs.header(channel, step), "{channel:?} at {step}");
+                assert_eq!(ours.read(channel, step), theirs.read(channel, step), "{channel:?} at {step}");
+            }
+        }
+        let header = |step| conductor.store().header(ChannelId(1), step).copied().unwrap();
+        assert_eq!((header(58).step, header(58).status), (57, Status::Held as u32));
+        assert_eq!((header(59).step, header(59).time_ns()), (57, 57_000_000));
+        conductor.finish().unwrap();
+    }
+}
+
+#[test]
+fn a_hundred_workers_in_one_phase() {
+    let channel = |index| Channel {
+        topic: format!("/c{index}"),
+        agent: index,
+        layout: Layout::new([Field::vector("value", 2, "")]),
+    };
+    let before = |index: usize| Input { channel: ChannelId((index + 99) % 100), timing: Timing::Delayed };
+    let node = |index| Node {
+        name: format!("n{index}"),
+        inputs: vec![before(index)],
+        outputs: vec![ChannelId(index)],
+        every: 1,
+        offset: 0,
+    };
+    let network = Network { channels: (0..100).map(channel).collect(), nodes: (0..100).map(node).collect() };
+    let plan = Plan::new("hundred", network.clone(), 1_000_000, 200, workers(&network, &singles(&network))).unwrap();
+    let participants = (0..100).map(|node| worker::participant("sum", &plan, node)).collect();
+    let mut local = Local::new(network.clone(), participants, plan.dt).unwrap();
+    let mut conductor = start("hundred", &network, &singles(&network), 200, settings(), "sum");
+    let traces = Traces::of(&conductor);
+    for step in 0..200 {
+        local.step().unwrap();
+        assert_eq!(conductor.step().unwrap(), step);
+    }
+    for channel in (0..100).map(ChannelId) {
+        assert_eq!(local.store().read(channel, 199), conductor.store().read(channel, 199));
+    }
+    conductor.finish().unwrap();
+    traces.assert_none();
+}
+
+#[test]
+fn a_sample_that_fits_no_cell_is_refused_in_words() {
+    let mut network = rates();
+    network.channels[2].layout = Layout::new([Field::vector("image", MAX_WORDS + 1, "")]);
+    let error = Plan::new("large", network.clone(), 1, 1, workers(&network, &singles(&network))).unwrap_err();
+    assert!(matches!(error, PlanError::Large { words: 513, .. }));
+    assert!(error.to_string().contains("/c2"), "{error}");
+    network.channels[2].layout = Layout::new([Field::vector("image", MAX_WORDS, "")]);
+    let mut conductor = start("large", &network, &singles(&network), 10, settings(), "sum");
+    (0..10).for_each(|_| drop(conductor.step().unwrap()));
+    conductor.finish().unwrap();
+}
+
+#[test]
+fn an_interrupted_start_leaves_nothing() {
+    let conductor = crate::support::launch("dropped", &chain::network(), &[vec![0]; 0], 1, settings(), "chain");
+    let traces = Traces::of(&conductor);
+    drop(conductor);
+    std::thread::sleep(Duration::from_millis(1));
+    traces.assert_none();
+}

@@ -1,0 +1,38 @@
+//! What is computed from a log: one file per scheme, a set of metrics each.
+
+mod history;
+mod run;
+mod uav;
+
+pub use history::{
+    first_below_for_good, maximum, maximum_from, median, norm, norm_between, square_sum, total_variation,
+};
+pub use run::{MetricError, Run};
+
+/// A number that was computed from a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metric {
+    /// Its name in the specification and in `[expect]` of a scenario.
+    pub id: String,
+    /// Its value; NaN if it could not be computed (an instant that never came).
+    pub value: f64,
+}
+
+impl Metric {
+    /// A metric by its name.
+    pub fn new(id: impl Into<String>, value: f64) -> Self {
+        Self { id: id.into(), value }
+    }
+}
+
+/// The metrics of a scheme.
+#[derive(Clone, Copy)]
+pub struct MetricSet {
+    /// What scenario files call it.
+    pub name: &'static str,
+    /// Computes all of them, in the order of the table in which they are shown.
+    pub compute: fn(&Run) -> Result<Vec<Metric>, MetricError>,
+}
+
+/// All sets of metrics.
+pub const SETS: &[MetricSet] = &[MetricSet { name: "uav", compute: uav::compute }];
