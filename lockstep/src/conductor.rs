@@ -4,6 +4,7 @@ mod alarm;
 mod child;
 mod crew;
 mod error;
+mod lookout;
 mod poll;
 mod pump;
 
@@ -21,14 +22,11 @@ use crew::Crew;
 use error::system;
 
 use crate::board::{ChannelReader, Hub};
-use crate::page::{FaultKind, Page, Report};
+use crate::page::Page;
 use crate::{Plan, RunDirectory, Store};
 
 /// How often the phase in progress is looked at while nothing happens, as a part of the deadline.
 const LOOKS_PER_DEADLINE: u32 = 8;
-/// How long the others of a phase are given to report a fault, too, so that it does not depend on chance whose is told.
-const OTHER_FAULTS: Duration = Duration::from_secs(1);
-
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
@@ -84,6 +82,7 @@ impl Conductor {
                 readers.extend(hub.create(&plan.network, node, processes)?.readers(|_| true)?);
             }
         }
+        directory.protect()?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
         let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
@@ -235,65 +234,6 @@ impl Conductor {
                 return Err(RunError::Deadline { late, step, phase, waited });
             }
             page.sleep(rings, (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE));
-        }
-    }
-
-    /// The workers that have not arrived in `phase`.
-    fn absent(&self, phase: usize) -> impl Iterator<Item = usize> {
-        let members = self.plan.members(phase).into_iter().enumerate();
-        members
-            .filter(move |&(position, _)| !self.crew.alarm.page.has_arrived(phase, position))
-            .map(|(_, worker)| worker)
-    }
-
-    /// Whether anything has happened that ends the run.
-    fn look_around(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
-        let alarm = &self.crew.alarm;
-        for worker in alarm.dead() {
-            let Some(death) = self.crew.death(worker) else { continue };
-            // A worker that reports something ends then, but what it says is worth more than that it ended.
-            if alarm.page.report_count() == 0 && !self.may_end(worker, death, step) {
-                return Err(self.crew.died(worker, death, self.ready.then_some(step), phase));
-            }
-        }
-        if alarm.page.report_count() > 0 {
-            return Err(self.reported());
-        }
-        if alarm.is_interrupted() {
-            return Err(RunError::Interrupted { step });
-        }
-        Ok(())
-    }
-
-    /// A worker may end once it has done its part of the last step.
-    fn may_end(&self, worker: usize, death: Death, step: u64) -> bool {
-        let has_done_all =
-            || (0..self.plan.phase_count()).all(|phase| !self.absent(phase).any(|absent| absent == worker));
-        death == Death::Exit(0) && step + 1 == self.plan.steps && has_done_all()
-    }
-
-    /// The error that a worker has reported. If there are several in a phase, that of the first node.
-    fn reported(&self) -> RunError {
-        let alarm = &self.crew.alarm;
-        let start = Instant::now();
-        loop {
-            let reports: Vec<(usize, Report)> =
-                (0..self.plan.workers.len()).filter_map(|worker| Some((worker, alarm.page.report(worker)?))).collect();
-            let Some((worker, first)) = reports.iter().min_by_key(|(_, report)| report.node) else {
-                // The report was counted, so its slot is filled; nothing else can be said.
-                return RunError::Over { steps: self.next };
-            };
-            if first.kind == FaultKind::Refusal {
-                let worker = self.plan.workers[*worker].name.clone();
-                return RunError::Refused { worker, message: first.message.clone() };
-            }
-            let phase = self.plan.phases.get(first.node).copied().unwrap_or(0);
-            let is_silent = |worker| !alarm.is_dead(worker) && alarm.page.report(worker).is_none();
-            if start.elapsed() > OTHER_FAULTS || !self.absent(phase).any(is_silent) {
-                let node = self.plan.network.nodes.get(first.node).map_or("a node", |node| &node.name);
-                return RunError::Fault { node: node.into(), step: first.step, message: first.message.clone() };
-            }
-            alarm.page.sleep(alarm.page.rings(), Duration::from_millis(1));
         }
     }
 }

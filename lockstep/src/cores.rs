@@ -16,12 +16,27 @@ pub fn allowed_cores() -> io::Result<Vec<usize>> {
 /// Keeps the calling thread, and all that it spawns from now on, on one core.
 ///
 /// A run is fastest if the conductor shares the core of its workers: waking a process on another core takes many times as
-/// long as switching to it on the same one.
+/// long as switching to it on the same one. For the same reason the thread asks not to interrupt others when it is woken
+/// (`SCHED_BATCH`): who wakes many wakes them all before it is their turn.
 ///
 /// # Errors
 /// If there is no such core, or if it is not allowed.
 pub fn pin_to_core(core: usize) -> io::Result<()> {
-    Ok(sched_setaffinity(None, &only(core)?)?)
+    settle(&only(core)?)
+}
+
+/// What [`pin_to_core`] does, in a form that is allowed between fork and exec.
+pub(crate) fn settle(cores: &CpuSet) -> io::Result<()> {
+    sched_setaffinity(None, cores)?;
+    // SAFETY: two system calls about the calling thread; the parameter outlives the call. If the second one is refused, the
+    // thread is as fast as it was.
+    unsafe {
+        // A real-time policy is somebody's decision and stays.
+        if libc::sched_getscheduler(0) == libc::SCHED_OTHER {
+            libc::sched_setscheduler(0, libc::SCHED_BATCH, &libc::sched_param { sched_priority: 0 });
+        }
+    }
+    Ok(())
 }
 
 /// The set of one core.

@@ -2,7 +2,7 @@
 
 use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
@@ -112,6 +112,15 @@ impl RunDirectory {
         self.remove()
     }
 
+    /// Takes from everybody else what iceoryx2 has opened to them: a counter of 16 bytes.
+    pub(crate) fn protect(&self) -> Result<(), DirectoryError> {
+        for path in shared_files(&self.name)? {
+            let private = fs::Permissions::from_mode(0o600);
+            tolerate_absence(fs::set_permissions(&path, private)).map_err(at(&path, "protect"))?;
+        }
+        Ok(())
+    }
+
     fn remove(&self) -> Result<(), DirectoryError> {
         // The parent is locked meanwhile, so that no sweep takes a half-removed directory for a dead run.
         let parent = Parent::lock()?;
@@ -181,15 +190,24 @@ impl Drop for Parent {
 
 /// Removes a run's shared memory, then its directory.
 fn remove(path: &Path, run: &str) -> Result<(), DirectoryError> {
+    for file in shared_files(run)? {
+        tolerate_absence(fs::remove_file(&file)).map_err(at(&file, "remove"))?;
+    }
+    tolerate_absence(fs::remove_dir_all(path)).map_err(at(path, "remove"))
+}
+
+/// The shared memory of a run.
+fn shared_files(run: &str) -> Result<Vec<PathBuf>, DirectoryError> {
     let shared_memory = Path::new(SHARED_MEMORY);
     let prefix = prefix(run);
+    let mut files = Vec::new();
     for entry in fs::read_dir(shared_memory).map_err(at(shared_memory, "read"))? {
         let entry = entry.map_err(at(shared_memory, "read"))?;
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            tolerate_absence(fs::remove_file(entry.path())).map_err(at(&entry.path(), "remove"))?;
+            files.push(entry.path());
         }
     }
-    tolerate_absence(fs::remove_dir_all(path)).map_err(at(path, "remove"))
+    Ok(files)
 }
 
 fn tolerate_absence(result: io::Result<()>) -> io::Result<()> {

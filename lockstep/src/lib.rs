@@ -4,7 +4,9 @@
 //! sample per step), the *phases* that follow from who reads whom in the same step, and two ways to run them: all in one
 //! process ([`Local`]), or spread over processes that meet at futex gates and exchange samples through iceoryx2.
 //!
-//! Start with [`Participant`] and [`Network`].
+//! Start with [`Participant`] and [`Network`]. To run a network in processes, spread its nodes over the workers of a [`Plan`],
+//! create a [`Conductor`] in a [`RunDirectory`], and have every spawned program call [`serve`]; the example `chain14` does
+//! all of this in a hundred lines.
 
 mod board;
 mod cell;

@@ -7,60 +7,19 @@
 //! rings the bell for the conductor. So a phase takes one wake-up per worker and the whole step one for the conductor. The
 //! bits are the truth about who is where; gates and bell only wake.
 
-use std::fs::File;
-use std::io;
-use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::ptr::NonNull;
-use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::SeqCst};
+mod memory;
+
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
 use std::time::Duration;
 
-use rustix::fs::{MemfdFlags, SealFlags};
-use rustix::mm::{MapFlags, ProtFlags};
+use rustix::event::Timespec;
 use rustix::thread::futex;
 
-use crate::plan::{MAX_MEMBERS, Plan};
+use memory::MESSAGE_BYTES;
+pub(crate) use memory::Page;
 
-/// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx1");
 /// Bit of a gate that says: no further step.
 const STOP: u32 = 1 << 31;
-/// Bytes of a message in a fault slot.
-const MESSAGE_BYTES: usize = 1000;
-
-#[repr(C, align(128))]
-struct Head {
-    magic: AtomicU64,
-    /// Rung for the conductor; counts up, so that a change while it looks around is not lost.
-    bell: AtomicU32,
-    /// How many workers are connected.
-    ready: AtomicU32,
-    /// How many workers have filled their fault slot.
-    faults: AtomicU32,
-}
-
-#[repr(C, align(128))]
-struct Phase {
-    /// Number of steps released, modulo 2^31, and [`STOP`].
-    gate: AtomicU32,
-    /// How many workers take part.
-    members: AtomicU32,
-    /// Which of the masks are full.
-    summary: AtomicU64,
-    /// Who has arrived, 64 workers to a word.
-    masks: [AtomicU64; MAX_MEMBERS / 64],
-}
-
-#[repr(C, align(128))]
-struct Slot {
-    /// 1 as soon as the worker is connected.
-    ready: AtomicU32,
-    /// A [`FaultKind`] as number, or 0.
-    kind: AtomicU32,
-    step: AtomicU64,
-    node: AtomicU32,
-    length: AtomicU32,
-    message: [AtomicU8; MESSAGE_BYTES],
-}
 
 /// What a worker reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,98 +40,8 @@ pub(crate) struct Report {
     pub(crate) message: String,
 }
 
-/// The mapped page.
-pub(crate) struct Page {
-    base: NonNull<Head>,
-    bytes: usize,
-    phases: usize,
-    workers: usize,
-    file: OwnedFd,
-}
-
-// SAFETY: the page consists of atomics only; the mapping lives as long as the value.
-unsafe impl Send for Page {}
-// SAFETY: as above.
-unsafe impl Sync for Page {}
-
-fn size(phases: usize, workers: usize) -> usize {
-    size_of::<Head>() + phases * size_of::<Phase>() + workers * size_of::<Slot>()
-}
-
+/// The conductor's side.
 impl Page {
-    /// A new page for a run.
-    pub(crate) fn create(plan: &Plan) -> io::Result<Self> {
-        let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
-        let file = rustix::fs::memfd_create("phalanx", flags)?;
-        rustix::fs::ftruncate(&file, size(plan.phase_count(), plan.workers.len()) as u64)?;
-        // A child that cut the file short would kill everybody who touches it.
-        rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
-        let page = Self::map(file, plan)?;
-        for phase in 0..page.phases {
-            page.phase(phase).members.store(plan.members(phase).len() as u32, SeqCst);
-        }
-        page.head().magic.store(MAGIC, SeqCst);
-        Ok(page)
-    }
-
-    /// The page that this process was given.
-    ///
-    /// # Errors
-    /// If `file` is not the page of a run of this plan.
-    pub(crate) fn open(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
-        let file = File::from(file);
-        if file.metadata()?.len() != size(plan.phase_count(), plan.workers.len()) as u64 {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
-        }
-        let page = Self::map(file.into(), plan)?;
-        match page.head().magic.load(SeqCst) {
-            MAGIC => Ok(page),
-            _ => Err(io::Error::new(io::ErrorKind::InvalidData, "it belongs to another version")),
-        }
-    }
-
-    fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
-        let (phases, workers) = (plan.phase_count(), plan.workers.len());
-        let bytes = size(phases, workers);
-        // SAFETY: a new mapping at an address that the kernel chooses; the file is at least `bytes` long.
-        let address = unsafe {
-            rustix::mm::mmap(
-                std::ptr::null_mut(),
-                bytes,
-                ProtFlags::READ | ProtFlags::WRITE,
-                MapFlags::SHARED | MapFlags::POPULATE,
-                &file,
-                0,
-            )?
-        };
-        let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { base, bytes, phases, workers, file })
-    }
-
-    /// The file, to hand it to a child.
-    pub(crate) fn file(&self) -> BorrowedFd<'_> {
-        self.file.as_fd()
-    }
-
-    fn head(&self) -> &Head {
-        // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
-        unsafe { self.base.as_ref() }
-    }
-
-    fn phase(&self, phase: usize) -> &Phase {
-        assert!(phase < self.phases);
-        // SAFETY: `map` made room for `phases` of them behind the head; sizes are multiples of the alignment.
-        unsafe { self.base.add(1).cast::<Phase>().add(phase).as_ref() }
-    }
-
-    fn slot(&self, worker: usize) -> &Slot {
-        assert!(worker < self.workers);
-        // SAFETY: as for the phases, behind them.
-        unsafe { self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
-    }
-
-    // The conductor's side.
-
     /// Opens a step: nobody has arrived anywhere, and phase 0 may go.
     pub(crate) fn begin(&self, step: u64) {
         for phase in (0..self.phases).map(|phase| self.phase(phase)) {
@@ -201,8 +70,7 @@ impl Page {
 
     /// Sleeps until the bell is rung more often than `rings`, or for `patience`.
     pub(crate) fn sleep(&self, rings: u32, patience: Duration) {
-        let timeout =
-            rustix::event::Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
+        let timeout = Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
         // Whatever ends the wait, the caller looks at the page again.
         let _ = futex::wait(&self.head().bell, futex::Flags::empty(), rings, Some(&timeout));
     }
@@ -243,9 +111,10 @@ impl Page {
         let message = String::from_utf8_lossy(&bytes).into_owned();
         Some(Report { kind, node: slot.node.load(SeqCst) as usize, step: slot.step.load(SeqCst), message })
     }
+}
 
-    // The workers' side.
-
+/// The workers' side.
+impl Page {
     /// Waits until a phase of `step` is open; `false` if there is no such step any more.
     pub(crate) fn await_gate(&self, phase: usize, step: u64) -> bool {
         let gate = &self.phase(phase).gate;
@@ -305,9 +174,10 @@ impl Page {
         self.head().faults.fetch_add(1, SeqCst);
         self.ring();
     }
+}
 
-    // Both sides.
-
+/// Both sides.
+impl Page {
     /// Wakes the conductor.
     pub(crate) fn ring(&self) {
         // The word changes first: who is about to sleep on the old value then does not.
@@ -322,13 +192,6 @@ impl Page {
         if before & STOP == 0 && gate.compare_exchange(before, released(step), SeqCst, SeqCst).is_ok() {
             wake_all(gate);
         }
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        // SAFETY: what `map` mapped; no reference into it outlives the value. Failure leaves a mapping behind, no more.
-        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.bytes) };
     }
 }
 

@@ -1,5 +1,12 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
 
 pub mod catalog;
+pub mod cli;
+mod commands;
+pub mod engine;
+pub mod failure;
 pub mod log;
 pub mod metrics;
+mod progress;
+pub mod run;
+pub mod verdict;

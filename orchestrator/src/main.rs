@@ -1,3 +1,7 @@
 //! The program `phalanx`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    orchestrator::cli::main()
+}

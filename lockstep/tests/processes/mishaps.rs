@@ -7,13 +7,14 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use lockstep::{Conductor, Death, RunDirectory, RunError, Settings};
+use lockstep::{Conductor, Death, Local, Plan, RunDirectory, RunError, Settings};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::chain;
 use crate::support::{
-    PLAY, Traces, eventually, launch, settings, shared_files, singles, start, step_to_error, this_binary,
+    PLAY, Traces, eventually, launch, settings, shared_files, singles, start, step_to_error, this_binary, workers,
 };
+use crate::worker::participant;
 
 /// Number of the node and worker that mishaps happen to.
 const VICTIM: usize = 10;
@@ -72,6 +73,25 @@ fn a_worker_that_exits_is_named_with_its_last_lines() {
 fn a_number_that_is_not_finite_is_named() {
     let error = error_after("nan", settings(), "nan:10:77", |_| {});
     assert_eq!(error.to_string(), "controller_3 at step 77: output /controller_3: value[5] is NaN");
+}
+
+#[test]
+fn one_process_tells_the_same() {
+    let network = chain::network();
+    let groups = singles(&network);
+    let plan = Plan::new("local", network.clone(), 1_000_000, 100, workers(&network, &groups)).unwrap();
+    let participants = (0..chain::NODES).map(|node| participant("nan:10:77", &plan, node)).collect();
+    let mut local = Local::new(network, participants, plan.dt).unwrap();
+    let error = (0..100).find_map(|_| local.step().err()).unwrap();
+    assert_eq!(error.to_string(), "controller_3 at step 77: output /controller_3: value[5] is NaN");
+}
+
+#[test]
+fn of_two_faults_in_a_phase_that_of_the_first_node_is_told() {
+    for _ in 0..5 {
+        let error = error_after("faults", settings(), "fault:13+10+12:77", |_| {});
+        assert_eq!(error.to_string(), "controller_3 at step 77: the reference is out of reach");
+    }
 }
 
 #[test]
@@ -141,20 +161,21 @@ fn a_worker_that_does_not_connect_is_named() {
 }
 
 #[test]
+fn a_start_that_is_given_up_leaves_nothing() {
+    let conductor = launch("given-up", &chain::network(), &singles(&chain::network()), 10, settings(), "chain");
+    let traces = Traces::of(&conductor);
+    drop(conductor);
+    traces.assert_none();
+}
+
+#[test]
 fn nobody_else_may_look_into_a_run() {
     let conductor = start_chain("private", settings(), "chain");
     let mut paths = shared_files(conductor.directory().name());
     assert!(!paths.is_empty());
-    let mut directories = vec![conductor.directory().path().to_path_buf()];
-    while let Some(directory) = directories.pop() {
-        for entry in fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap()) {
-            if entry.file_type().unwrap().is_dir() {
-                directories.push(entry.path());
-            }
-            paths.push(entry.path());
-        }
-        paths.push(directory);
-    }
+    // Below its directory, the modes do not matter: nobody else gets in.
+    paths.push(conductor.directory().path().to_path_buf());
+    paths.push(conductor.directory().path().join("plan.json"));
     let open: Vec<_> = paths.iter().filter(|path| fs::metadata(path).unwrap().mode() & 0o077 != 0).collect();
     assert!(open.is_empty(), "{open:?}");
 }

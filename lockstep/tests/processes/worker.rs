@@ -1,4 +1,5 @@
-//! What the workers of the tests do. A play is `kind` or `kind:node:step`, the latter for a mishap at a node and step.
+//! What the workers of the tests do. A play is `kind`, or `kind:node:step` for a mishap at a node (or nodes, with `+` in
+//! between) and step.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::process::ExitCode;
@@ -59,7 +60,7 @@ pub(crate) fn participant(play: &str, plan: &Plan, node: usize) -> Box<dyn Parti
     };
     match parts[..] {
         ["count"] => Box::new(Frugal { inner, allocations: 0 }),
-        [mishap, at_node, at_step] if at_node.parse() == Ok(node) => {
+        [mishap, at_nodes, at_step] if at_nodes.split('+').any(|at| at.parse() == Ok(node)) => {
             Box::new(Unlucky { inner, mishap: mishap.into(), at: at_step.parse().unwrap() })
         }
         _ => inner,

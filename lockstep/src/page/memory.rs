@@ -1,0 +1,150 @@
+//! The memory behind the page: made, mapped and unmapped here, and nowhere else looked at as raw bytes.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::SeqCst};
+
+use rustix::fs::{MemfdFlags, SealFlags};
+use rustix::mm::{MapFlags, ProtFlags};
+
+use crate::plan::{MAX_MEMBERS, Plan};
+
+/// First word of a page: its kind and version.
+const MAGIC: u64 = u64::from_le_bytes(*b"phalanx1");
+/// Bytes of a message in a slot.
+pub(super) const MESSAGE_BYTES: usize = 1000;
+
+#[repr(C, align(128))]
+pub(super) struct Head {
+    pub(super) magic: AtomicU64,
+    /// Rung for the conductor; counts up, so that a change while it looks around is not lost.
+    pub(super) bell: AtomicU32,
+    /// How many workers are connected.
+    pub(super) ready: AtomicU32,
+    /// How many workers have filled their fault slot.
+    pub(super) faults: AtomicU32,
+}
+
+#[repr(C, align(128))]
+pub(super) struct Phase {
+    /// Number of steps released, modulo 2^31, and [`STOP`].
+    pub(super) gate: AtomicU32,
+    /// How many workers take part.
+    pub(super) members: AtomicU32,
+    /// Which of the masks are full.
+    pub(super) summary: AtomicU64,
+    /// Who has arrived, 64 workers to a word.
+    pub(super) masks: [AtomicU64; MAX_MEMBERS / 64],
+}
+
+#[repr(C, align(128))]
+pub(super) struct Slot {
+    /// 1 as soon as the worker is connected.
+    pub(super) ready: AtomicU32,
+    /// A [`FaultKind`] as number, or 0.
+    pub(super) kind: AtomicU32,
+    pub(super) step: AtomicU64,
+    pub(super) node: AtomicU32,
+    pub(super) length: AtomicU32,
+    pub(super) message: [AtomicU8; MESSAGE_BYTES],
+}
+
+/// The mapped page.
+pub(crate) struct Page {
+    base: NonNull<Head>,
+    bytes: usize,
+    pub(super) phases: usize,
+    pub(super) workers: usize,
+    file: OwnedFd,
+}
+
+// SAFETY: the page consists of atomics only; the mapping lives as long as the value.
+unsafe impl Send for Page {}
+// SAFETY: as above.
+unsafe impl Sync for Page {}
+
+fn size(phases: usize, workers: usize) -> usize {
+    size_of::<Head>() + phases * size_of::<Phase>() + workers * size_of::<Slot>()
+}
+
+impl Page {
+    /// A new page for a run.
+    pub(crate) fn create(plan: &Plan) -> io::Result<Self> {
+        let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
+        let file = rustix::fs::memfd_create("phalanx", flags)?;
+        rustix::fs::ftruncate(&file, size(plan.phase_count(), plan.workers.len()) as u64)?;
+        // A child that cut the file short would kill everybody who touches it.
+        rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
+        let page = Self::map(file, plan)?;
+        for phase in 0..page.phases {
+            page.phase(phase).members.store(plan.members(phase).len() as u32, SeqCst);
+        }
+        page.head().magic.store(MAGIC, SeqCst);
+        Ok(page)
+    }
+
+    /// The page that this process was given.
+    ///
+    /// # Errors
+    /// If `file` is not the page of a run of this plan.
+    pub(crate) fn open(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
+        let file = File::from(file);
+        if file.metadata()?.len() != size(plan.phase_count(), plan.workers.len()) as u64 {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
+        }
+        let page = Self::map(file.into(), plan)?;
+        match page.head().magic.load(SeqCst) {
+            MAGIC => Ok(page),
+            _ => Err(io::Error::new(io::ErrorKind::InvalidData, "it belongs to another version")),
+        }
+    }
+
+    fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
+        let (phases, workers) = (plan.phase_count(), plan.workers.len());
+        let bytes = size(phases, workers);
+        // SAFETY: a new mapping at an address that the kernel chooses; the file is at least `bytes` long.
+        let address = unsafe {
+            rustix::mm::mmap(
+                std::ptr::null_mut(),
+                bytes,
+                ProtFlags::READ | ProtFlags::WRITE,
+                MapFlags::SHARED | MapFlags::POPULATE,
+                &file,
+                0,
+            )?
+        };
+        let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
+        Ok(Self { base, bytes, phases, workers, file })
+    }
+
+    /// The file, to hand it to a child.
+    pub(crate) fn file(&self) -> BorrowedFd<'_> {
+        self.file.as_fd()
+    }
+
+    pub(super) fn head(&self) -> &Head {
+        // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
+        unsafe { self.base.as_ref() }
+    }
+
+    pub(super) fn phase(&self, phase: usize) -> &Phase {
+        assert!(phase < self.phases);
+        // SAFETY: `map` made room for `phases` of them behind the head; sizes are multiples of the alignment.
+        unsafe { self.base.add(1).cast::<Phase>().add(phase).as_ref() }
+    }
+
+    pub(super) fn slot(&self, worker: usize) -> &Slot {
+        assert!(worker < self.workers);
+        // SAFETY: as for the phases, behind them.
+        unsafe { self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        // SAFETY: what `map` mapped; no reference into it outlives the value. Failure leaves a mapping behind, no more.
+        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.bytes) };
+    }
+}

@@ -1,0 +1,207 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+use crate::commands;
+use crate::engine::Placement;
+use crate::failure::{EXIT_CODES, Failure};
+
+/// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
+#[derive(Debug, Parser)]
+#[command(name = "phalanx", version, after_help = EXIT_CODES, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// List the scenarios that come with the program, with their variants
+    List(ListArgs),
+    /// Run a scenario, record it, and check what comes out
+    Run(RunArgs),
+    /// Check a scenario without running it
+    Validate(ValidateArgs),
+    /// Show the processes of a scenario, what they exchange, and in which order they run
+    Graph(GraphArgs),
+    /// Compute all metrics of a log and compare them with their bands
+    Check(CheckArgs),
+    /// Show what is in a log
+    Info(InfoArgs),
+    /// Close the log of a killed run, so that every tool opens it
+    Recover(RecoverArgs),
+    /// Remove what dead runs left in shared memory
+    Doctor(DoctorArgs),
+    /// Write the completions of a shell to stdout
+    Completions {
+        /// Which shell
+        shell: Shell,
+    },
+    /// Serve as a process of a run (started by `run`, not by hand)
+    #[command(hide = true)]
+    Participant,
+}
+
+/// A scenario and what is changed about it.
+#[derive(Debug, Clone, Args)]
+pub struct ScenarioArgs {
+    /// Name of a shipped scenario (see `phalanx list`) or path of a scenario file
+    pub scenario: String,
+    /// Variant to run, as listed by `phalanx list`
+    #[arg(long)]
+    pub variant: Option<String>,
+    /// Change a field: --set controller.c_p=3, --set agents.2.position=[1,2,0], --set phase=0.5; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Length of a step in s; short for --set timing.dt=...
+    #[arg(long, value_name = "SECONDS")]
+    pub dt: Option<String>,
+    /// Length of the run in s; short for --set timing.duration=...
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<String>,
+    /// Seed of all random numbers; short for --set seed=...
+    #[arg(long)]
+    pub seed: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ListArgs {
+    /// List the components that scenarios can name instead
+    #[arg(long)]
+    pub(crate) components: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// Where the log goes [default: runs/<scenario>-<variant>.mcap]
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+    /// Record nothing and check nothing
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) no_log: bool,
+    /// How the participants are spread over processes; changes no bit of the result
+    #[arg(long, value_enum, default_value_t = Placement::Processes)]
+    pub(crate) placement: Placement,
+    /// Cores of the processes: `auto` (all on one core, which is fastest for short steps), `none` (the operating system
+    /// decides) or the number of a core
+    #[arg(long, default_value = "auto")]
+    pub(crate) pin: String,
+    /// Print one JSON object as the last line of stdout, and no table
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Show no progress
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the effective scenario, with variant and overrides applied, as TOML
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) print: bool,
+}
+
+/// How a graph is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GraphFormat {
+    /// For a terminal
+    Text,
+    /// For Markdown that renders Mermaid
+    Mermaid,
+    /// For Graphviz
+    Dot,
+    /// For programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GraphArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// How the graph is written
+    #[arg(long, value_enum, default_value_t = GraphFormat::Text)]
+    pub(crate) format: GraphFormat,
+    /// Same as --format json
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// Print the scenario that the log holds, with all overrides, as TOML
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) scenario: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RecoverArgs {
+    /// The log of a killed run
+    pub(crate) log: PathBuf,
+    /// Where the closed log goes [default: <log>-recovered.mcap]
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Runs the program and returns its exit code.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        Command::List(args) => commands::list::list(&args),
+        Command::Run(args) => commands::run::run(&args),
+        Command::Validate(args) => commands::validate::validate(&args),
+        Command::Graph(args) => commands::graph::graph(&args),
+        Command::Check(args) => commands::check::check(&args),
+        Command::Info(args) => commands::info::info(&args),
+        Command::Recover(args) => commands::recover::recover(&args),
+        Command::Doctor(args) => commands::doctor::doctor(&args),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut std::io::stdout());
+            Ok(())
+        }
+        Command::Participant => return commands::participant::participant(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if !matches!(failure, Failure::Missed) {
+                eprintln!("error: {failure}");
+            }
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}

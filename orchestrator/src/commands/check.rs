@@ -1,0 +1,53 @@
+//! `phalanx check`.
+
+use serde_json::json;
+
+use super::select::from_log;
+use crate::cli::CheckArgs;
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::verdict::Verdict;
+
+pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
+    let log = Log::open(&args.log)?;
+    let assembly = from_log(&log)?;
+    let scenario = &assembly.scenario;
+    if log.steps().is_empty() {
+        return Err(Failure::Usage(format!(
+            "{} holds no complete step; there is nothing to check",
+            args.log.display()
+        )));
+    }
+    let recorded = log.steps().end - log.steps().start;
+    let complete = recorded == scenario.context.timing.periods() + 1;
+    let verdict = Verdict::of(scenario, &log)?;
+    if args.json {
+        let summary = json!({
+            "scenario": scenario.name, "variant": scenario.variant, "complete": complete,
+            "metrics": verdict.to_json(), "ok": complete && verdict.ok(),
+        });
+        println!("{summary}");
+    } else {
+        print!("{}", verdict.table());
+        println!("\n{}", summary_line(&verdict, &scenario.overrides));
+        if !complete {
+            println!("The log ends before the run: {recorded} of {} samples.", scenario.context.timing.periods() + 1);
+        }
+    }
+    if complete && verdict.ok() { Ok(()) } else { Err(Failure::Missed) }
+}
+
+/// One sentence about the bands.
+pub(super) fn summary_line(verdict: &Verdict, overrides: &[String]) -> String {
+    let judged = verdict.rows.iter().filter(|row| row.ok.is_some()).count();
+    let missed = verdict.missed();
+    let note = match overrides {
+        [] => String::new(),
+        several => format!(" (the bands are those without the overrides {})", several.join(", ")),
+    };
+    match (judged, missed) {
+        (0, _) => "There are no bands for this variant.".into(),
+        (_, 0) => format!("All {judged} bands are met{note}."),
+        _ => format!("{missed} of {judged} bands are missed{note}."),
+    }
+}

@@ -1,0 +1,58 @@
+//! `phalanx info`.
+
+use lockstep::Shape;
+use serde_json::json;
+
+use crate::cli::InfoArgs;
+use crate::failure::Failure;
+use crate::log::{Log, LogChannel};
+
+pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
+    let log = Log::open(&args.log)?;
+    if args.scenario {
+        let Some(text) = log.scenario_text() else {
+            return Err(Failure::Usage(format!("{} holds no scenario", args.log.display())));
+        };
+        print!("{text}");
+        return Ok(());
+    }
+    let duration = log.times().last().map_or(0.0, |ns| *ns as f64 / 1e9);
+    if args.json {
+        let channels: Vec<_> = log
+            .channels()
+            .iter()
+            .map(|channel| json!({
+                "topic": channel.topic, "schema": channel.schema, "messages": channel.messages, "fields": fields(channel),
+            }))
+            .collect();
+        let summary = json!({
+            "log": args.log.display().to_string(), "complete": log.is_complete(), "metadata": log.metadata(),
+            "steps": log.steps().end - log.steps().start, "duration": duration, "channels": channels,
+        });
+        println!("{summary}");
+        return Ok(());
+    }
+    println!("{}", args.log.display());
+    for (name, value) in log.metadata().into_iter().flatten() {
+        println!("  {name:<10} {}", value.replace('\n', ", "));
+    }
+    println!("  samples    {} steps, up to {duration} s", log.steps().end - log.steps().start);
+    println!(
+        "  file       {}",
+        if log.is_complete() { "complete" } else { "cut: the run was killed; `phalanx recover` closes it" }
+    );
+    println!("\n{:<24} {:>9}  fields", "topic", "messages");
+    for channel in log.channels() {
+        println!("{:<24} {:>9}  {}", channel.topic, channel.messages, fields(channel).join(" "));
+    }
+    Ok(())
+}
+
+fn fields(channel: &LogChannel) -> Vec<String> {
+    let Some(layout) = &channel.layout else { return Vec::new() };
+    let field = |field: &lockstep::Field| match field.shape {
+        Shape::Scalar => field.name.clone(),
+        Shape::Vector(length) => format!("{}[{length}]", field.name),
+    };
+    layout.fields().iter().map(field).collect()
+}

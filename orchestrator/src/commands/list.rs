@@ -1,0 +1,59 @@
+//! `phalanx list`.
+
+use formation::scenario::{Scenario, Selection};
+use formation::wiring::Role;
+use serde_json::json;
+
+use crate::catalog::{ROLES, SCENARIOS};
+use crate::cli::ListArgs;
+use crate::failure::Failure;
+
+pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
+    if args.components {
+        list_components(args.json);
+        return Ok(());
+    }
+    let mut entries = Vec::new();
+    for shipped in SCENARIOS {
+        let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
+        let agents = scenario.context.agents.len();
+        if args.json {
+            entries.push(json!({
+                "name": scenario.name, "title": scenario.title, "thesis": scenario.thesis, "file": shipped.file,
+                "agents": agents, "variants": scenario.variants, "default": scenario.variant,
+            }));
+            continue;
+        }
+        println!("{:<20} {} ({}, {agents} agents)", scenario.name, scenario.title, section(&scenario.thesis));
+        println!("{:<20}   variants: {}", "", scenario.variants.join(", "));
+    }
+    if args.json {
+        println!("{}", json!(entries));
+    } else {
+        println!("\nRun one with `phalanx run NAME`, another variant with `phalanx run NAME --variant VARIANT`.");
+    }
+    Ok(())
+}
+
+fn section(thesis: &str) -> String {
+    if thesis.is_empty() { "no section of the thesis".into() } else { format!("thesis {thesis}") }
+}
+
+fn list_components(as_json: bool) {
+    let mut entries = Vec::new();
+    for role in Role::ALL {
+        if !as_json {
+            println!("{role}");
+        }
+        for kind in ROLES.of(role) {
+            if as_json {
+                entries.push(json!({"role": role.name(), "kind": kind.name, "summary": kind.summary}));
+            } else {
+                println!("  {:<26} {}", kind.name, kind.summary);
+            }
+        }
+    }
+    if as_json {
+        println!("{}", json!(entries));
+    }
+}

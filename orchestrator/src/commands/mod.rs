@@ -1,0 +1,12 @@
+//! The commands of the program, a file each.
+
+pub(crate) mod check;
+pub(crate) mod doctor;
+pub(crate) mod graph;
+pub(crate) mod info;
+pub(crate) mod list;
+pub(crate) mod participant;
+pub(crate) mod recover;
+pub(crate) mod run;
+mod select;
+pub(crate) mod validate;

@@ -1,0 +1,57 @@
+//! From a name on the command line to an assembled scenario.
+
+use std::path::Path;
+
+use formation::config::nearest;
+use formation::scenario::{Scenario, Selection};
+use formation::wiring::Assembly;
+
+use crate::catalog::{ROLES, SCENARIOS};
+use crate::cli::ScenarioArgs;
+use crate::failure::Failure;
+
+/// Reads and connects the scenario that the command line names.
+pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
+    let (file, text) = find(&args.scenario)?;
+    let scenario = Scenario::load(&file, &text, &selection(args))?;
+    Ok(Assembly::new(scenario, &ROLES)?)
+}
+
+/// The scenario that a log holds, with its variant and overrides applied.
+pub(super) fn from_log(log: &crate::log::Log) -> Result<Assembly, Failure> {
+    let file = log.path().display().to_string();
+    let Some(text) = log.scenario_text() else {
+        return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
+    };
+    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &Selection::default())?;
+    let overrides = log.metadata().and_then(|metadata| metadata.get("overrides"));
+    scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
+    Ok(Assembly::new(scenario, &ROLES)?)
+}
+
+fn selection(args: &ScenarioArgs) -> Selection {
+    let short = [("timing.dt", &args.dt), ("timing.duration", &args.duration), ("seed", &args.seed)];
+    let short = short.into_iter().filter_map(|(path, value)| Some(format!("{path}={}", value.as_ref()?)));
+    Selection { variant: args.variant.clone(), overrides: args.set.iter().cloned().chain(short).collect() }
+}
+
+/// Name and text of a shipped scenario, or of a file.
+fn find(name: &str) -> Result<(String, String), Failure> {
+    if let Some(shipped) = SCENARIOS.iter().find(|shipped| shipped.name == name) {
+        return Ok((shipped.file.into(), shipped.text.into()));
+    }
+    let path = Path::new(name);
+    if path.is_file() || name.contains('/') || name.ends_with(".toml") {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Failure::Usage(format!(
+                "cannot read the scenario {name}: {error}; `phalanx list` shows those that are built in"
+            ))
+        })?;
+        return Ok((name.into(), text));
+    }
+    let names = SCENARIOS.iter().map(|shipped| shipped.name);
+    let hint = nearest(name, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    Err(Failure::Usage(format!(
+        "no scenario is called `{name}`, and there is no such file{hint} `phalanx list` shows all"
+    )))
+}

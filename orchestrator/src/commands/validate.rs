@@ -1,0 +1,34 @@
+//! `phalanx validate`.
+
+use serde_json::json;
+
+use super::select::assemble;
+use crate::cli::ValidateArgs;
+use crate::failure::Failure;
+
+pub(crate) fn validate(args: &ValidateArgs) -> Result<(), Failure> {
+    let assembly = assemble(&args.scenario)?;
+    let scenario = &assembly.scenario;
+    if args.print {
+        print!("{}", scenario.to_toml());
+        return Ok(());
+    }
+    let timing = scenario.context.timing;
+    let (agents, processes) = (scenario.context.agents.len(), assembly.network.nodes.len() + 1);
+    if args.json {
+        let summary = json!({
+            "scenario": scenario.name, "variant": scenario.variant, "agents": agents, "steps": timing.periods(),
+            "dt": timing.dt, "duration": timing.duration, "processes": processes, "ok": true,
+        });
+        println!("{summary}");
+        return Ok(());
+    }
+    let variant = if scenario.variant.is_empty() { String::new() } else { format!(", variant {}", scenario.variant) };
+    println!(
+        "{}{variant}: valid. {agents} agents, {processes} processes, {} steps of {} s",
+        scenario.name,
+        timing.periods(),
+        timing.dt
+    );
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Why a command did not succeed, and the exit code that tells.
+
+use formation::config::Problem;
+use lockstep::{DirectoryError, RunError};
+
+use crate::log::LogError;
+use crate::metrics::MetricError;
+
+/// Why a command ended without success.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A metric lies outside its band. Everything has been printed already.
+    #[error("a metric is outside its band")]
+    Missed,
+    /// The scenario or the command line is not valid; nothing was started.
+    #[error("{}", list(.0))]
+    Invalid(Vec<Problem>),
+    /// The command line asks for something that is not there.
+    #[error("{0}")]
+    Usage(String),
+    /// The run did not come to its end.
+    #[error("the run stopped: {0}")]
+    Run(RunError),
+    /// The run was interrupted by Ctrl-C or a signal.
+    #[error("interrupted")]
+    Interrupted,
+    /// A log cannot be written or read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log does not hold what its metrics need.
+    #[error(transparent)]
+    Metric(#[from] MetricError),
+    /// The operating system refuses something else.
+    #[error("{action}: {source}")]
+    System {
+        /// What was tried.
+        action: String,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+}
+
+impl Failure {
+    /// The exit code of the program. `phalanx --help` lists them.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Failure::Missed => 1,
+            Failure::Invalid(_) | Failure::Usage(_) => 2,
+            Failure::Run(_) => 3,
+            Failure::Log(_) | Failure::Metric(_) => 4,
+            Failure::System { .. } => 5,
+            Failure::Interrupted => 130,
+        }
+    }
+
+    /// For `map_err`: an error of the operating system with what was tried.
+    pub fn system(action: impl Into<String>) -> impl FnOnce(std::io::Error) -> Self {
+        let action = action.into();
+        move |source| Self::System { action, source }
+    }
+}
+
+/// What the exit codes mean, for `--help` and the documentation.
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0    done, every metric within its band
+  1    done, but a metric is outside its band, or two logs differ
+  2    the command line or the scenario is not valid; nothing was started
+  3    the run stopped early: a participant failed, hung or died; the log is kept up to there
+  4    a log cannot be written or read, or lacks what was asked for
+  5    the operating system refused something
+  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there";
+
+impl From<Vec<Problem>> for Failure {
+    fn from(problems: Vec<Problem>) -> Self {
+        Self::Invalid(problems)
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Interrupted { .. } => Self::Interrupted,
+            other => Self::Run(other),
+        }
+    }
+}
+
+impl From<DirectoryError> for Failure {
+    fn from(error: DirectoryError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+fn list(problems: &[Problem]) -> String {
+    let texts: Vec<String> = problems.iter().map(Problem::to_string).collect();
+    let count = match problems.len() {
+        1 => "1 problem".to_string(),
+        several => format!("{several} problems"),
+    };
+    format!("{count}; nothing was started\n\n{}", texts.join("\n\n"))
+}
