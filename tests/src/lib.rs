@@ -1,6 +1,6 @@
 //! Tests of the whole program, from outside, and what they share.
 
-use formation::scenario::{Scenario, Selection};
+use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::Local;
 use orchestrator::catalog::{ROLES, SCENARIOS};
@@ -21,8 +21,8 @@ impl Bench {
     pub fn new(name: &str, overrides: &[&str]) -> Self {
         let shipped = SCENARIOS.iter().find(|shipped| shipped.name == name).expect("a shipped scenario");
         let selection = Selection { variant: None, overrides: overrides.iter().map(|o| o.to_string()).collect() };
-        let scenario = Scenario::load(shipped.file, shipped.text, &selection).unwrap_or_else(|p| panic!("{}", p[0]));
-        let assembly = Assembly::new(scenario, &ROLES).unwrap_or_else(|p| panic!("{}", p[0]));
+        let assembly =
+            Assembly::load(shipped.file, shipped.text, &selection, &ROLES).unwrap_or_else(|p| panic!("{}", p[0]));
         let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
         let participants = assembly.participants(&nodes).unwrap_or_else(|p| panic!("{}", p[0]));
         let dt = assembly.scenario.context.timing.dt;

@@ -42,14 +42,15 @@ impl Topology {
 
     /// The directed ring 1 -> 2 -> ... -> N -> 1 with unit weights.
     pub fn ring_rows(size: usize) -> Vec<Vec<f64>> {
-        let mut rows = vec![vec![0.0; size]; size];
-        for i in 0..size {
-            let from = (i + size - 1) % size;
-            if from != i {
-                rows[i][from] = 1.0;
-            }
-        }
-        rows
+        let weight = |i: usize, j: usize| if i != j && (j + 1) % size == i { 1.0 } else { 0.0 };
+        (0..size).map(|i| (0..size).map(|j| weight(i, j)).collect()).collect()
+    }
+
+    /// The directed ring with unit weights, all agents knowing the reference.
+    pub fn ring(size: usize) -> Self {
+        let adjacency: Vec<f64> = Self::ring_rows(size).into_iter().flatten().collect();
+        let neighbours = (0..size).map(|i| (0..size).filter(|&j| adjacency[i * size + j] > 0.0).collect()).collect();
+        Self { size, adjacency, reference: vec![1.0; size], neighbours }
     }
 
     /// Number of agents.

@@ -46,7 +46,7 @@ enum VehicleKind {
     Quadcopter,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
     id: Option<u32>,
@@ -86,11 +86,12 @@ pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut 
     let mut agents = Vec::new();
     for (index, node) in rows.iter().enumerate() {
         let path = format!("agents.{}", index + 1);
-        let Some(row) = read::<Row>(node, &path, problems) else { continue };
-        let mut reader = RowReader { row: &row, section, problems, root, path };
-        if let Some(agent) = reader.agent(index as u32 + 1) {
-            agents.push(agent);
-        }
+        // A row that cannot be read still counts, so that what depends on the number of agents can be checked.
+        let read_row = read::<Row>(node, &path, problems);
+        let silent = read_row.is_none();
+        let row = read_row.unwrap_or_default();
+        let mut reader = RowReader { row: &row, section, problems, root, path, silent };
+        agents.push(reader.agent(index as u32 + 1));
     }
     agents
 }
@@ -101,25 +102,28 @@ struct RowReader<'a> {
     problems: &'a mut Problems,
     root: &'a Node,
     path: String,
+    /// The row could not be read, which has been reported.
+    silent: bool,
 }
 
 impl RowReader<'_> {
-    fn agent(&mut self, number: u32) -> Option<Agent> {
-        let vehicle = self.vehicle()?;
+    /// The agent of this row; with dummies where something is wrong, which is reported.
+    fn agent(&mut self, number: u32) -> Agent {
+        let vehicle = self.vehicle();
         let nominal = self.nominal(&vehicle);
         let length = vehicle.coordinates();
-        let position = self.values("position", Some(&self.row.position), length)?;
-        let velocity = self.values("velocity", self.row.velocity.as_deref(), length)?;
+        let position = self.values("position", Some(&self.row.position), length);
+        let velocity = self.values("velocity", self.row.velocity.as_deref(), length);
         let estimate = match self.row.estimate.as_deref() {
-            Some(values) => self.values("estimate", Some(values), length)?,
+            Some(values) => self.values("estimate", Some(values), length),
             None => position.clone(),
         };
-        let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_deref(), length)?;
+        let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_deref(), length);
         let id = self.row.id.unwrap_or(number);
-        Some(Agent { number, id, vehicle, nominal, position, velocity, estimate, estimate_velocity })
+        Agent { number, id, vehicle, nominal, position, velocity, estimate, estimate_velocity }
     }
 
-    fn vehicle(&mut self) -> Option<Vehicle> {
+    fn vehicle(&mut self) -> Vehicle {
         match self.section.kind {
             VehicleKind::Quadcopter => {
                 let quadcopter = Quadcopter {
@@ -133,30 +137,30 @@ impl RowReader<'_> {
                     drag: self.row.drag.unwrap_or(0.0),
                     torque_factor: self.positive("upsilon", self.row.upsilon),
                 };
-                Some(Vehicle::Quadcopter(quadcopter))
+                Vehicle::Quadcopter(quadcopter)
             }
-            VehicleKind::Integrator => Some(Vehicle::Omni(Omni {
+            VehicleKind::Integrator => Vehicle::Omni(Omni {
                 drive: Drive::Acceleration,
                 radius: self.row.radius.unwrap_or(1.0),
                 mass: self.row.m.unwrap_or(1.0),
                 inertia: self.row.inertia.unwrap_or(1.0),
                 friction: self.row.fric.unwrap_or(0.0),
-            })),
+            }),
             VehicleKind::Omni => self.omni(),
         }
     }
 
-    fn omni(&mut self) -> Option<Vehicle> {
+    fn omni(&mut self) -> Vehicle {
         let drive = match self.row.order.or(self.section.order) {
             Some(1) => Drive::Speed,
             Some(2) => Drive::Force,
             Some(other) => {
                 self.report("order", format!("expected 1 (wheel speeds) or 2 (wheel forces), found {other}"));
-                return None;
+                Drive::Force
             }
             None => {
                 self.report("order", "missing: 1 (wheel speeds) or 2 (wheel forces), here or in `[vehicle]`".into());
-                return None;
+                Drive::Force
             }
         };
         let radius = self.positive("R", self.row.radius);
@@ -164,7 +168,7 @@ impl RowReader<'_> {
             Drive::Force => (self.positive("m", self.row.m), self.positive("I", self.row.inertia)),
             _ => (self.row.m.unwrap_or(1.0), self.row.inertia.unwrap_or(1.0)),
         };
-        Some(Vehicle::Omni(Omni { drive, radius, mass, inertia, friction: self.row.fric.unwrap_or(0.0) }))
+        Vehicle::Omni(Omni { drive, radius, mass, inertia, friction: self.row.fric.unwrap_or(0.0) })
     }
 
     fn nominal(&mut self, vehicle: &Vehicle) -> Vehicle {
@@ -188,24 +192,27 @@ impl RowReader<'_> {
     }
 
     /// Values of all coordinates. Fewer than there are mean that the rest (a quadcopter's angles) is 0.
-    fn values(&mut self, field: &str, values: Option<&[f64]>, length: usize) -> Option<Vec<f64>> {
+    fn values(&mut self, field: &str, values: Option<&[f64]>, length: usize) -> Vec<f64> {
         let mut values = values.unwrap_or_default().to_vec();
         let accepted =
             values.is_empty() && field != "position" || values.len() == length || length == 6 && values.len() == 3;
         if !accepted {
             let expected = if length == 6 { "3 or 6".to_string() } else { length.to_string() };
             self.report(field, format!("expected {expected} values, found {}", values.len()));
-            return None;
+            return vec![0.0; length];
         }
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             self.report(field, format!("expected finite numbers, found {value}"));
-            return None;
+            return vec![0.0; length];
         }
         values.resize(length, 0.0);
-        Some(values)
+        values
     }
 
     fn report(&mut self, field: &str, message: String) {
+        if self.silent {
+            return;
+        }
         self.problems.at(self.root, &format!("{}.{field}", self.path), message);
     }
 }

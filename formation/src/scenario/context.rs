@@ -95,16 +95,16 @@ impl Context {
             None => BTreeMap::new(),
         };
         let vehicle = section::<VehicleSection>(root, "vehicle", problems)?;
-        if let Some(limit) = vehicle.input_limit.filter(|limit| !(*limit > 0.0)) {
+        if let Some(limit) = vehicle.input_limit.filter(|limit| limit.is_nan() || *limit <= 0.0) {
             problems.at(root, "vehicle.UM", format!("expected a limit > 0, found {limit}"));
         }
         let agents = read_agents(root, &vehicle, problems);
-        let (topology, proximity) = read_topology(root, &agents, problems)?;
+        let (topology, proximity) = read_topology(root, &agents, problems);
         let mut context = Self {
             agents,
             topology,
             proximity,
-            timing: timing?,
+            timing: timing.unwrap_or(Timing { dt: 1.0, duration: 1.0 }),
             seed,
             input_limit: vehicle.input_limit,
             parameters,
@@ -190,25 +190,26 @@ fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problem
     }
 }
 
-fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> Option<(Topology, Option<Proximity>)> {
-    let section = section::<TopologySection>(root, "topology", problems)?;
-    let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
-    let reference = match section.b.resolve(agents.len(), &ids) {
-        Ok(reference) => reference,
-        Err(message) => {
-            problems.at(root, "topology.b", message);
-            return None;
+/// The graph; a ring where something is wrong with it, which is reported.
+fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Topology, Option<Proximity>) {
+    let ring = || Topology::ring_rows(agents.len());
+    let unit = || vec![1.0; agents.len()];
+    let (mut rows, mut reference, mut proximity) = (ring(), unit(), None);
+    if let Some(section) = section::<TopologySection>(root, "topology", problems) {
+        let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
+        match section.b.resolve(agents.len(), &ids) {
+            Ok(values) => reference = values,
+            Err(message) => _ = problems.at(root, "topology.b", message),
         }
-    };
+        rows = section.adjacency.unwrap_or(rows);
+        proximity = section.proximity;
+    }
     if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
         problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));
     }
-    let rows = section.adjacency.unwrap_or_else(|| Topology::ring_rows(agents.len()));
-    match Topology::new(&rows, reference) {
-        Ok(topology) => Some((topology, section.proximity)),
-        Err(message) => {
-            problems.at(root, "topology.A", message);
-            None
-        }
-    }
+    let topology = Topology::new(&rows, reference).unwrap_or_else(|message| {
+        problems.at(root, "topology.A", message);
+        Topology::ring(agents.len())
+    });
+    (topology, proximity)
 }

@@ -72,59 +72,80 @@ impl Scenario {
     /// # Errors
     /// Everything that is wrong, each with its place.
     pub fn load(file: &str, text: &str, selection: &Selection) -> Result<Self, Vec<Problem>> {
-        let source = Arc::new(Source { name: file.to_string(), text: text.to_string() });
-        let mut root = Node::parse(source).map_err(|problem| vec![problem])?;
-        let overrides: Result<Vec<Override>, Problem> =
-            selection.overrides.iter().map(|o| Override::parse(o)).collect();
-        let overrides = overrides.map_err(|problem| vec![problem])?;
-        let variants = variant_names(&root);
-        let chosen = overrides.iter().rev().find_map(|o| o.value_of("variant")).or(selection.variant.as_deref());
-        let variant = select_variant(&mut root, chosen, &variants).map_err(|problem| vec![problem])?;
-        let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
-        apply(&mut root, &rest).map_err(|problem| vec![problem])?;
-        Self::read(root, variant, variants, selection)
+        let mut problems = Problems::default();
+        match Self::collect(file, text, selection, &mut problems) {
+            Some(scenario) if problems.is_empty() => Ok(scenario),
+            _ => Err(problems.into_vec()),
+        }
     }
 
-    fn read(root: Node, variant: String, variants: Vec<String>, selection: &Selection) -> Result<Self, Vec<Problem>> {
-        let mut problems = Problems::default();
-        check_sections(&root, &mut problems);
+    /// Like [`Scenario::load`], but what is wrong goes to `problems`, and dummies take its place as far as possible, so that
+    /// the components can be checked too.
+    pub(crate) fn collect(file: &str, text: &str, selection: &Selection, problems: &mut Problems) -> Option<Self> {
+        match Self::tree(file, text, selection) {
+            Ok((root, variant, variants)) => Self::read(root, variant, variants, selection, problems),
+            Err(problem) => {
+                problems.push(problem);
+                None
+            }
+        }
+    }
+
+    /// The effective tree, the name of its variant and those of all variants.
+    fn tree(file: &str, text: &str, selection: &Selection) -> Result<(Node, String, Vec<String>), Problem> {
+        let source = Arc::new(Source { name: file.to_string(), text: text.to_string() });
+        let mut root = Node::parse(source)?;
+        let overrides: Vec<Override> =
+            selection.overrides.iter().map(|o| Override::parse(o)).collect::<Result<_, _>>()?;
+        let variants = variant_names(&root);
+        let chosen = overrides.iter().rev().find_map(|o| o.value_of("variant")).or(selection.variant.as_deref());
+        let variant = select_variant(&mut root, chosen, &variants)?;
+        let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
+        apply(&mut root, &rest)?;
+        Ok((root, variant, variants))
+    }
+
+    fn read(
+        root: Node,
+        variant: String,
+        variants: Vec<String>,
+        selection: &Selection,
+        problems: &mut Problems,
+    ) -> Option<Self> {
+        check_sections(&root, problems);
         let text = |name: &str, problems: &mut Problems| match root.at(name) {
             Some(node) => read::<String>(node, name, problems).unwrap_or_default(),
             None => String::new(),
         };
-        let name = text("name", &mut problems);
+        let name = text("name", problems);
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
             problems.at(&root, "name", "expected a name of letters, digits, `-` and `_`");
         }
-        let title = text("title", &mut problems);
-        let thesis = text("thesis", &mut problems);
-        let metrics = text("metrics", &mut problems);
+        let title = text("title", problems);
+        let thesis = text("thesis", problems);
+        let metrics = text("metrics", problems);
         let expectations = match root.at("expect") {
-            Some(node) => read(node, "expect", &mut problems).unwrap_or_default(),
+            Some(node) => read(node, "expect", problems).unwrap_or_default(),
             None => BTreeMap::new(),
         };
         let plant_per_agent = match root.at("plant.per_agent") {
-            Some(node) => read::<bool>(node, "plant.per_agent", &mut problems).unwrap_or(false),
+            Some(node) => read::<bool>(node, "plant.per_agent", problems).unwrap_or(false),
             None => false,
         };
-        check_rates(&root, &mut problems);
-        let context = Context::read(&root, &mut problems);
-        match context {
-            Some(context) if problems.is_empty() => Ok(Self {
-                name,
-                title,
-                thesis,
-                variant,
-                variants,
-                overrides: selection.overrides.clone(),
-                context,
-                plant_per_agent,
-                metrics,
-                expectations,
-                root,
-            }),
-            _ => Err(problems.into_vec()),
-        }
+        check_rates(&root, problems);
+        Some(Self {
+            name,
+            title,
+            thesis,
+            variant,
+            variants,
+            overrides: selection.overrides.clone(),
+            context: Context::read(&root, problems)?,
+            plant_per_agent,
+            metrics,
+            expectations,
+            root,
+        })
     }
 
     /// A section of the effective scenario.

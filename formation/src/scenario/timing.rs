@@ -36,10 +36,13 @@ impl Timing {
             findings
                 .push(("duration", format!("{duration} s of {dt} s are {steps:.0} steps, more than {MAX_STEPS:.0}")));
         } else if (steps - steps.round()).abs() > 1e-6 * steps.max(1.0) {
-            let (below, above) = (steps.floor() * dt, steps.ceil() * dt);
+            let nearest = |steps: f64| (steps * dt * 1e9).round() / 1e9;
+            let (below, above) = (nearest(steps.floor()), nearest(steps.ceil()));
             findings.push((
-                "duration",
-                format!("dt = {dt} s does not divide {duration} s; the nearest durations are {below} s and {above} s"),
+                "dt",
+                format!(
+                    "{dt} s does not divide the duration of {duration} s; the nearest durations are {below} s and {above} s"
+                ),
             ));
         }
         findings
@@ -65,7 +68,7 @@ mod tests {
         assert!(Timing { dt: 0.01, duration: 80.0 }.findings().is_empty());
         assert!(Timing { dt: 0.1, duration: 0.3 }.findings().is_empty());
         let findings = Timing { dt: 0.03, duration: 0.1 }.findings();
-        assert_eq!(findings[0].0, "duration");
+        assert_eq!(findings[0].0, "dt");
         assert!(findings[0].1.contains("does not divide"), "{findings:?}");
         assert_eq!(Timing { dt: -1.0, duration: 1.0 }.findings()[0].0, "dt");
         assert_eq!(Timing { dt: 1e-10, duration: 1.0 }.findings()[0].0, "dt");

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, Selection};
 
 /// The four roles of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -106,9 +106,23 @@ impl Assembly {
     pub fn new(scenario: Scenario, roles: &Roles) -> Result<Self, Vec<Problem>> {
         let mut problems = Problems::default();
         let components = read_components(&scenario, roles, &mut problems);
-        if !problems.is_empty() {
+        if problems.is_empty() { Self::of(scenario, components) } else { Err(problems.into_vec()) }
+    }
+
+    /// Reads the scenario in `text` with its components, checks and connects all of it. `file` is what messages call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the file and its components, or what does not fit together.
+    pub fn load(file: &str, text: &str, selection: &Selection, roles: &Roles) -> Result<Self, Vec<Problem>> {
+        let mut problems = Problems::default();
+        let Some(scenario) = Scenario::collect(file, text, selection, &mut problems) else {
             return Err(problems.into_vec());
-        }
+        };
+        let components = read_components(&scenario, roles, &mut problems);
+        if problems.is_empty() { Self::of(scenario, components) } else { Err(problems.into_vec()) }
+    }
+
+    fn of(scenario: Scenario, components: Vec<(Role, String, Box<dyn Component>)>) -> Result<Self, Vec<Problem>> {
         let signals = declare(&scenario, &components);
         let nodes = node_roles(&scenario, &components);
         let mut assembly = Self {

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use formation::scenario::{Scenario, Selection};
+use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
 use crate::catalog::ROLES;
@@ -15,7 +15,8 @@ pub(crate) fn participant() -> ExitCode {
         let path = std::path::Path::new(&directory).join(SCENARIO_FILE);
         let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         let first = |problems: Vec<formation::config::Problem>| problems[0].to_string();
-        let scenario = Scenario::load(SCENARIO_FILE, &text, &Selection::default()).map_err(first)?;
-        Assembly::new(scenario, &ROLES).and_then(|assembly| assembly.participants(nodes)).map_err(first)
+        Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES)
+            .and_then(|assembly| assembly.participants(nodes))
+            .map_err(first)
     })
 }

@@ -13,8 +13,7 @@ use crate::failure::Failure;
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
     let (file, text) = find(&args.scenario)?;
-    let scenario = Scenario::load(&file, &text, &selection(args))?;
-    Ok(Assembly::new(scenario, &ROLES)?)
+    Ok(Assembly::load(&file, &text, &selection(args), &ROLES)?)
 }
 
 /// The scenario that a log holds, with its variant and overrides applied.
