@@ -95,6 +95,10 @@ pub(crate) struct RunArgs {
     /// decides) or the number of a core
     #[arg(long, default_value = "auto")]
     pub(crate) pin: String,
+    /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
+    /// --swap "observer.2=python3 my_observer.py"; may be repeated
+    #[arg(long, value_name = "NODE=COMMAND")]
+    pub(crate) swap: Vec<String>,
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
     Conductor, Interrupt, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, WorkerPlan, pin_to_core,
 };
 
 use crate::failure::Failure;
+use crate::swap::Swap;
 
 /// How the participants are spread over processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -25,8 +26,6 @@ pub enum Placement {
 
 /// How long all processes together may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
-/// Name of the effective scenario in the run directory, from which the processes build their participants.
-pub const SCENARIO_FILE: &str = "scenario.toml";
 
 /// A run that is ready for its first step.
 pub enum Engine {
@@ -76,9 +75,14 @@ impl Engine {
     ///
     /// # Errors
     /// [`Failure::Run`] if a process cannot be started or does not connect.
-    pub fn processes(assembly: &Assembly, placement: Placement, core: Option<usize>) -> Result<Self, Failure> {
+    pub fn processes(
+        assembly: &Assembly,
+        placement: Placement,
+        core: Option<usize>,
+        swaps: &[Swap],
+    ) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
-        let workers = groups(assembly, placement);
+        let workers = groups(assembly, placement, swaps);
         let count = workers.len();
         let plan = Plan::new(
             &assembly.scenario.name,
@@ -96,8 +100,15 @@ impl Engine {
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let mut conductor = Conductor::new(directory, plan, Settings::default())?;
         for worker in 0..count {
-            let mut command = Command::new(&program);
-            command.arg("participant");
+            let name = &conductor.plan().workers[worker].name;
+            let command = match swaps.iter().find(|swap| swap.node == *name) {
+                Some(swap) => swap.command(),
+                None => {
+                    let mut command = Command::new(&program);
+                    command.arg("participant");
+                    command
+                }
+            };
             conductor.spawn(worker, command, core)?;
         }
         conductor.wait_ready(START_TIMEOUT)?;
@@ -160,10 +171,12 @@ impl Engine {
 }
 
 /// The processes of a placement and the nodes that each hosts.
-fn groups(assembly: &Assembly, placement: Placement) -> Vec<WorkerPlan> {
+fn groups(assembly: &Assembly, placement: Placement, swaps: &[Swap]) -> Vec<WorkerPlan> {
     let mut workers: Vec<WorkerPlan> = Vec::new();
     for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
+        let swapped = swaps.iter().any(|swap| swap.node == node.name);
         let name = match (placement, role.agents.as_slice()) {
+            _ if swapped => node.name.clone(),
             (Placement::Single, _) => "all".to_string(),
             (Placement::Agents, [agent]) if node.name.contains('_') => format!("agent_{}", agent + 1),
             _ => node.name.clone(),

@@ -9,4 +9,5 @@ pub mod log;
 pub mod metrics;
 mod progress;
 pub mod run;
+pub mod swap;
 pub mod verdict;

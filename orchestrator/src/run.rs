@@ -11,6 +11,7 @@ use crate::engine::{Engine, Placement, Stop};
 use crate::failure::Failure;
 use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo, Summary};
 use crate::progress::Progress;
+use crate::swap::Swap;
 
 /// How a run is carried out. None of it changes a bit of the log.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct Options {
     pub log: Option<PathBuf>,
     /// The core for all processes; `None`: the operating system places them.
     pub core: Option<usize>,
+    /// Participants that are programs of the user.
+    pub swaps: Vec<Swap>,
     /// Whether progress is shown.
     pub progress: bool,
 }
@@ -62,7 +65,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     };
     let mut engine = match options.placement {
         Placement::Single => Engine::local(assembly)?,
-        placement => Engine::processes(assembly, placement, options.core)?,
+        placement => Engine::processes(assembly, placement, options.core, &options.swaps)?,
     };
     let stop = engine.stop();
     on_start(stop.clone());

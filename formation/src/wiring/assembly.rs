@@ -188,7 +188,7 @@ impl Assembly {
     }
 }
 
-fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {
+pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {
     match agents {
         [agent] if !serves_all => format!("{role}_{}", agent + 1),
         _ => role.name().to_string(),
@@ -202,34 +202,43 @@ fn read_components(
 ) -> Vec<(Role, String, Box<dyn Component>)> {
     let mut components = Vec::new();
     for role in Role::ALL {
-        let Some(section) = scenario.section(role.name()) else {
+        if scenario.section(role.name()).is_none() {
             if role != Role::Observer {
                 problems.push(scenario.problem("", format!("missing section `[{role}]`")));
             }
             continue;
-        };
-        let Some((kind, parameters)) = split_kind(section, role, roles, problems) else { continue };
-        let Some(component) = (kind.read)(&parameters, role.name(), problems) else { continue };
-        for (field, message) in component.check(&scenario.context).findings {
-            let path = match field.strip_prefix('/') {
-                Some(absolute) => absolute.to_string(),
-                None => format!("{role}.{field}"),
-            };
-            problems.push(scenario.problem(&path, message));
         }
-        components.push((role, kind.name.to_string(), component));
+        components.extend(read_component(scenario, role, roles.of(role), problems));
     }
     components
+}
+
+/// Reads and checks the component of one role; what is wrong goes to `problems`.
+pub(super) fn read_component(
+    scenario: &Scenario,
+    role: Role,
+    kinds: &'static [Kind],
+    problems: &mut Problems,
+) -> Option<(Role, String, Box<dyn Component>)> {
+    let (kind, parameters) = split_kind(scenario.section(role.name())?, role, kinds, problems)?;
+    let component = (kind.read)(&parameters, role.name(), problems)?;
+    for (field, message) in component.check(&scenario.context).findings {
+        let path = match field.strip_prefix('/') {
+            Some(absolute) => absolute.to_string(),
+            None => format!("{role}.{field}"),
+        };
+        problems.push(scenario.problem(&path, message));
+    }
+    Some((role, kind.name.to_string(), component))
 }
 
 /// The component that a section names, and the section without the keys that are not its parameters.
 fn split_kind(
     section: &ConfigNode,
     role: Role,
-    roles: &Roles,
+    kinds: &'static [Kind],
     problems: &mut Problems,
 ) -> Option<(&'static Kind, ConfigNode)> {
-    let kinds = roles.of(role);
     let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
     let mut parameters = section.clone();
     let table = parameters.as_table_mut()?;
@@ -265,7 +274,7 @@ fn declare(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)
                 agent: agent as u32 + 1,
                 layout: Layout::new(component.outputs(&scenario.context, agent)),
             });
-            signals.ids.push((*role, agent));
+            signals.ids.push(Some((*role, agent)));
         }
     }
     signals

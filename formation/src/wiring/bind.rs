@@ -1,6 +1,6 @@
 //! Binding of signals by name.
 
-use lockstep::{Channel, ChannelId, In, Input, Layout, Out, Slice, Timing};
+use lockstep::{Channel, ChannelId, In, Input, Layout, Node, Out, Slice, Timing};
 
 use super::Role;
 
@@ -13,13 +13,14 @@ pub struct Refusal(pub String);
 #[derive(Clone, Debug, Default)]
 pub struct Signals {
     pub(super) channels: Vec<Channel>,
-    pub(super) ids: Vec<(Role, usize)>,
+    /// Role and agent of each channel; `None` for a channel of another kind.
+    pub(super) ids: Vec<Option<(Role, usize)>>,
 }
 
 impl Signals {
     /// The channel on which `role` publishes for `agent` (from 0).
     pub fn find(&self, role: Role, agent: usize) -> Option<ChannelId> {
-        self.ids.iter().position(|id| *id == (role, agent)).map(ChannelId)
+        self.ids.iter().position(|id| *id == Some((role, agent))).map(ChannelId)
     }
 
     /// Layout of a channel.
@@ -36,12 +37,19 @@ pub struct Bind<'a> {
     component: &'a str,
     inputs: Vec<Input>,
     outputs: Vec<ChannelId>,
+    /// The inputs are given, and no others can be had.
+    fixed: bool,
 }
 
 impl<'a> Bind<'a> {
     pub(super) fn new(signals: &'a Signals, role: Role, component: &'a str, agents: &[usize]) -> Self {
         let outputs = agents.iter().filter_map(|&agent| signals.find(role, agent)).collect();
-        Self { signals, role, component, inputs: Vec::new(), outputs }
+        Self { signals, role, component, inputs: Vec::new(), outputs, fixed: false }
+    }
+
+    /// Binds on the ports that a planned node has already.
+    pub(super) fn adopt(signals: &'a Signals, role: Role, component: &'a str, node: &Node) -> Self {
+        Self { signals, role, component, inputs: node.inputs.clone(), outputs: node.outputs.clone(), fixed: true }
     }
 
     pub(super) fn into_edges(self) -> (Vec<Input>, Vec<ChannelId>) {
@@ -171,11 +179,16 @@ impl<'a> Bind<'a> {
             return Err(Refusal(format!("{}, which offers only {}", needs(), offered.join(", "))));
         };
         let input = Input { channel, timing };
-        let port = self.inputs.iter().position(|known| *known == input).unwrap_or_else(|| {
-            self.inputs.push(input);
-            self.inputs.len() - 1
-        });
-        Ok((port, offset))
+        match self.inputs.iter().position(|known| *known == input) {
+            Some(port) => Ok((port, offset)),
+            None if self.fixed => {
+                Err(Refusal(format!("{}, which the participant that it replaces does not read", needs())))
+            }
+            None => {
+                self.inputs.push(input);
+                Ok((self.inputs.len() - 1, offset))
+            }
+        }
     }
 
     fn offset(&self, channel: ChannelId, name: &str, length: usize) -> Option<usize> {

@@ -7,7 +7,9 @@
 mod assembly;
 mod bind;
 mod component;
+mod serve;
 
 pub use assembly::{Assembly, NodeRole, Role, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
+pub use serve::{SCENARIO_FILE, scenario_text, serve, serve_kinds};

@@ -13,12 +13,15 @@ use crate::engine::{Placement, Stop};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::run::{Options, Outcome, run as carry_out};
+use crate::swap::Swap;
 use crate::verdict::Verdict;
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble(&args.scenario)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
+    let swaps = parse_swaps(&args.swap, &assembly, args.placement)?;
     let options = Options {
+        swaps,
         placement: args.placement,
         core: core(&args.pin, args.placement)?,
         progress: !args.quiet,
@@ -62,6 +65,14 @@ fn default_log(assembly: &Assembly) -> PathBuf {
     let scenario = &assembly.scenario;
     let variant = if scenario.variant.is_empty() { String::new() } else { format!("-{}", scenario.variant) };
     Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))
+}
+
+fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> Result<Vec<Swap>, Failure> {
+    if placement == Placement::Single && !texts.is_empty() {
+        return Err(Failure::Usage("--swap needs processes; leave out --placement single".into()));
+    }
+    let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
+    texts.iter().map(|text| Swap::parse(text, &names).map_err(Failure::Usage)).collect()
 }
 
 /// The core that all processes share, if any.

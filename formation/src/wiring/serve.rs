@@ -1,0 +1,135 @@
+//! Programs that stand in for participants: the role crates' own binaries, and those that users write.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use lockstep::{Network, Participant, Plan};
+
+use super::assembly::{node_name, read_component};
+use super::{Bind, Kind, Refusal, Role, Signals};
+use crate::config::{Problem, Problems};
+use crate::scenario::{Context, Scenario, Selection};
+
+/// Name of the effective scenario in the run directory, from which every process builds its participants.
+pub const SCENARIO_FILE: &str = "scenario.toml";
+
+/// Environment variable with the path of the run directory.
+const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
+
+/// The text of the effective scenario of the run that this process is part of.
+///
+/// # Errors
+/// Says why it cannot be read; outside a run there is none.
+pub fn scenario_text() -> Result<String, String> {
+    let directory = std::env::var_os(RUN_DIRECTORY).ok_or_else(|| format!("{RUN_DIRECTORY} is not set"))?;
+    let path = Path::new(&directory).join(SCENARIO_FILE);
+    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The whole `main` of a program that serves as any participant of `role` whose component is one of `kinds`.
+pub fn serve_kinds(role: Role, kinds: &'static [Kind]) -> ExitCode {
+    lockstep::serve(|plan, nodes| {
+        let scenario = load_scenario()?;
+        let mut problems = Problems::default();
+        let Some((_, kind, component)) = read_component(&scenario, role, kinds, &mut problems) else {
+            return Err(first(problems.into_vec()));
+        };
+        nodes
+            .iter()
+            .map(|&node| {
+                build(&scenario, plan, role, node, &kind, |agents, bind| {
+                    component.build(&scenario.context, agents, bind)
+                })
+            })
+            .collect()
+    })
+}
+
+/// The whole `main` of a user's program that takes the place of one participant.
+///
+/// `make` is given the scenario's context, the number of the agent (from 0), and a [`Bind`] that offers the signals which the
+/// replaced component reads and writes.
+///
+/// ```no_run
+/// use formation::wiring::{Role, serve};
+/// use lockstep::{Fault, In, Io, Out, Participant, Step};
+///
+/// struct Proportional { position: In<3>, target: In<3>, input: Out<3> }
+///
+/// impl Participant for Proportional {
+///     fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
+///         let (position, target) = (io.get(self.position), io.get(self.target));
+///         io.set(self.input, std::array::from_fn(|j| 0.5 * (target[j] - position[j])));
+///         Ok(())
+///     }
+/// }
+///
+/// fn main() -> std::process::ExitCode {
+///     serve(Role::Controller, |_, agent, bind| Ok(Proportional {
+///         position: bind.state(agent, "position")?,
+///         target: bind.reference(agent, "position")?,
+///         input: bind.out(agent, "input")?,
+///     }))
+/// }
+/// ```
+pub fn serve<P: Participant + 'static>(
+    role: Role,
+    make: impl Fn(&Context, usize, &mut Bind) -> Result<P, Refusal>,
+) -> ExitCode {
+    lockstep::serve(|plan, nodes| {
+        let scenario = load_scenario()?;
+        nodes
+            .iter()
+            .map(|&node| {
+                build(&scenario, plan, role, node, "own program", |agents, bind| {
+                    let participant = make(&scenario.context, agents[0], bind)?;
+                    Ok(Box::new(participant) as Box<dyn Participant>)
+                })
+            })
+            .collect()
+    })
+}
+
+fn load_scenario() -> Result<Scenario, String> {
+    Scenario::load(SCENARIO_FILE, &scenario_text()?, &Selection::default()).map_err(first)
+}
+
+fn first(problems: Vec<Problem>) -> String {
+    problems.first().map(Problem::to_string).unwrap_or_default()
+}
+
+/// Builds the participant of a node on the ports that the plan gives it.
+fn build(
+    scenario: &Scenario,
+    plan: &Plan,
+    role: Role,
+    node: usize,
+    kind: &str,
+    make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
+) -> Result<Box<dyn Participant>, String> {
+    let signals = signals_of(&plan.network);
+    let planned = &plan.network.nodes[node];
+    let agents = agents_of(scenario, role, &planned.name)?;
+    let mut bind = Bind::adopt(&signals, role, kind, planned);
+    make(&agents, &mut bind).map_err(|refusal| refusal.to_string())
+}
+
+/// The agents (from 0) that the node called `name` serves.
+fn agents_of(scenario: &Scenario, role: Role, name: &str) -> Result<Vec<usize>, String> {
+    let count = scenario.context.agents.len();
+    if name == role.name() {
+        return Ok((0..count).collect());
+    }
+    let found = (0..count).find(|agent| node_name(role, &[*agent], false) == name);
+    found.map(|agent| vec![agent]).ok_or_else(|| format!("`{name}` is no {role}; this program serves as {role} only"))
+}
+
+fn signals_of(network: &Network) -> Signals {
+    let owner = |topic: &str| {
+        let role = Role::ALL.into_iter().find(|role| topic.ends_with(&format!("/{}", role.channel())))?;
+        let number = topic.strip_prefix("/agent_")?.split('/').next()?.parse::<usize>().ok()?;
+        Some((role, number.checked_sub(1)?))
+    };
+    let ids = network.channels.iter().map(|channel| owner(&channel.topic)).collect();
+    Signals { channels: network.channels.clone(), ids }
+}
