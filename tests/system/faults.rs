@@ -1,0 +1,81 @@
+//! Runs that do not come to their end.
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::program::{Finished, Folder, children, is_alive, wait_until};
+
+const ENDLESS: [&str; 6] = ["run", "uav", "--duration", "8000", "-q", "--out"];
+
+fn process(pid: u32) -> Pid {
+    Pid::from_raw(pid as i32).expect("a process id")
+}
+
+#[test]
+fn an_interrupted_run_leaves_a_readable_log_and_nothing_else() {
+    let folder = Folder::new();
+    let run = folder.start(&[&ENDLESS[..], &["cut.mcap"]].concat());
+    let pid = run.id();
+    wait_until("the log grows", || std::fs::metadata(folder.path("cut.mcap")).is_ok_and(|file| file.len() > 500_000));
+    let participants = children(pid);
+    assert_eq!(participants.len(), 14);
+    kill_process(process(pid), Signal::INT).expect("a running program");
+    let end = Finished(run.wait_with_output().expect("an end"));
+    assert_eq!(end.code(), 130, "{}", end.stderr());
+    assert!(participants.into_iter().all(|pid| !is_alive(pid)));
+    let info = folder.run(&["info", "cut.mcap", "--json"]).json();
+    assert_eq!(info["complete"], true, "the log was closed");
+    assert!(info["steps"].as_u64().expect("steps") > 100);
+}
+
+#[test]
+fn a_killed_participant_ends_the_run_by_name() {
+    let folder = Folder::new();
+    let run = folder.start(&[&ENDLESS[..], &["cut.mcap"]].concat());
+    wait_until("all participants run", || children(run.id()).len() == 14);
+    wait_until("the log grows", || std::fs::metadata(folder.path("cut.mcap")).is_ok_and(|file| file.len() > 100_000));
+    let victim = children(run.id())[9];
+    kill_process(process(victim), Signal::KILL).expect("a running participant");
+    let end = Finished(run.wait_with_output().expect("an end"));
+    assert_eq!(end.code(), 3);
+    let stderr = end.stderr();
+    assert!(stderr.contains(&format!("(pid {victim})")) && stderr.contains("SIGKILL"), "{stderr}");
+    assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["complete"], true);
+}
+
+#[test]
+fn participants_die_with_the_program_and_the_next_run_works() {
+    let folder = Folder::new();
+    let mut run = folder.start(&[&ENDLESS[..], &["cut.mcap"]].concat());
+    wait_until("the log grows", || std::fs::metadata(folder.path("cut.mcap")).is_ok_and(|file| file.len() > 500_000));
+    let participants = children(run.id());
+    run.kill().expect("a running program");
+    run.wait().expect("an end");
+    wait_until("all participants are gone", || participants.iter().all(|pid| !is_alive(*pid)));
+    let info = folder.run(&["info", "cut.mcap", "--json"]).json();
+    assert_eq!(info["complete"], false);
+    assert!(info["steps"].as_u64().expect("steps") > 100, "what had reached the file is readable");
+    let recovered = folder.run(&["recover", "cut.mcap"]);
+    assert_eq!(recovered.code(), 0, "{}", recovered.stderr());
+    assert_eq!(folder.run(&["info", "cut-recovered.mcap", "--json"]).json()["complete"], true);
+    let next = folder.run(&["run", "uav", "--duration", "0.5", "-q", "--json", "--out", "next.mcap"]);
+    assert_eq!(next.json()["processes"], 15, "{}", next.stderr());
+}
+
+#[test]
+fn a_full_disk_is_reported() {
+    let folder = Folder::new();
+    let run = folder.run(&["run", "uav", "-q", "--placement", "single", "--out", "/dev/full"]);
+    assert_eq!(run.code(), 4);
+    assert!(run.stderr().contains("/dev/full"), "{}", run.stderr());
+}
+
+/// Sampled ten times too slowly, the attitude loop leaves the range of numbers at once.
+#[test]
+fn a_scenario_that_diverges_names_who_and_when() {
+    let folder = Folder::new();
+    let slow = ["run", "uav", "--dt", "0.1", "--duration", "800", "-q", "--placement", "single", "--out", "cut.mcap"];
+    let run = folder.run(&slow);
+    assert_eq!(run.code(), 3, "{}", run.stderr());
+    assert!(run.stderr().contains("plant at step 13: output /agent_3/state: position[3] is inf"), "{}", run.stderr());
+    assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["complete"], true);
+}

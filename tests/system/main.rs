@@ -1,0 +1,7 @@
+//! Tests of the whole program from outside: real processes, real shared memory, real files.
+
+mod faults;
+mod mistakes;
+mod program;
+mod readers;
+mod runs;

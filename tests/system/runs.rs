@@ -1,0 +1,97 @@
+//! What a user does first: run, look, check, run again.
+
+use crate::program::{Folder, children, wait_until};
+
+/// The whole drone scenario, as the README starts it.
+#[test]
+fn the_drone_scenario_meets_its_bands_in_fifteen_processes() {
+    let folder = Folder::new();
+    let run = folder.run(&["run", "uav", "--json", "-q"]);
+    let json = run.json();
+    assert_eq!(run.code(), 0, "{}", run.stderr());
+    assert_eq!(json["ok"], true);
+    assert_eq!(json["processes"], 15);
+    assert_eq!(json["steps"], 8000);
+    assert_eq!(json["scenario"], "uav");
+    assert_eq!(json["variant"], "TSC");
+    assert_eq!(json["metrics"]["dx_p"]["ok"], true);
+    let log = json["log"].as_str().expect("the path of the log");
+    assert_eq!(log, "runs/uav-TSC.mcap");
+    let check = folder.run(&["check", log]);
+    assert_eq!(check.code(), 0, "{}", check.stdout());
+    assert!(check.stdout().contains("All 30 bands are met."), "{}", check.stdout());
+    let info = folder.run(&["info", log]);
+    assert!(info.stdout().contains("/agent_6/command"), "{}", info.stdout());
+    let scenario = folder.run(&["info", log, "--scenario"]).stdout();
+    let again = folder.write("again.toml", &scenario);
+    let again = folder.run(&["validate", again.to_str().expect("a path"), "--json"]).json();
+    assert_eq!(again["steps"], 8000, "the scenario in the log is one that runs");
+}
+
+#[test]
+fn the_same_bytes_whatever_the_placement() {
+    let folder = Folder::new();
+    let short = ["run", "uav", "--duration", "1.5", "-q", "--json"];
+    let digest = |more: &[&str]| {
+        let run = folder.run(&[&short[..], more].concat());
+        run.json()["sha256"].as_str().unwrap_or_else(|| panic!("{}", run.stderr())).to_string()
+    };
+    let first = digest(&["--out", "a.mcap"]);
+    assert_eq!(digest(&["--out", "b.mcap"]), first);
+    assert_eq!(digest(&["--out", "c.mcap", "--placement", "single"]), first);
+    assert_eq!(digest(&["--out", "d.mcap", "--placement", "agents"]), first);
+    assert_eq!(digest(&["--out", "e.mcap", "--pin", "none"]), first);
+    let [a, b] = ["a.mcap", "b.mcap"].map(|name| std::fs::read(folder.path(name)).expect("a log"));
+    assert!(a == b, "the files are equal, not only their digests");
+    assert_ne!(digest(&["--out", "f.mcap", "--set", "phase=1e-9"]), first, "another scenario gives other bytes");
+}
+
+#[test]
+fn every_participant_is_a_process() {
+    let folder = Folder::new();
+    let mut run = folder.start(&["run", "uav", "--duration", "4000", "--no-log", "-q"]);
+    wait_until("all participants run", || children(run.id()).len() == 14);
+    let pid = rustix::process::Pid::from_child(&run);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("a running program");
+    assert_eq!(run.wait().expect("an end").code(), Some(130));
+}
+
+#[test]
+fn an_earlier_log_is_not_replaced_in_silence() {
+    let folder = Folder::new();
+    let short = ["run", "uav", "--duration", "0.1", "--placement", "single"];
+    let first = folder.run(&short);
+    assert!(!first.stderr().contains("replacing"), "{}", first.stderr());
+    let second = folder.run(&short);
+    assert!(second.stderr().contains("replacing the log of an earlier run, runs/uav-TSC.mcap"), "{}", second.stderr());
+}
+
+#[test]
+fn lists_graphs_and_completions() {
+    let folder = Folder::new();
+    let list = folder.run(&["list", "--json"]).json();
+    let names: Vec<_> = list.as_array().expect("a list").iter().map(|entry| entry["name"].clone()).collect();
+    assert!(names.contains(&"uav".into()), "{names:?}");
+    let graph = folder.run(&["graph", "uav"]).stdout();
+    assert!(graph.contains("phase 2\n  controller_1\n    reads of this step: plant, planner, observer_1"), "{graph}");
+    assert!(folder.run(&["graph", "uav", "--format", "dot"]).stdout().starts_with("digraph"));
+    assert!(folder.run(&["graph", "uav", "--format", "mermaid"]).stdout().contains("controller_1 -.-> plant"));
+    assert!(folder.run(&["completions", "bash"]).stdout().contains("phalanx"));
+    let check = folder.run(&["check", "nothing.mcap"]);
+    assert_eq!(check.code(), 4);
+    assert!(check.stderr().contains("nothing.mcap"), "{}", check.stderr());
+}
+
+/// The binary of a role does what the program does in its place.
+#[test]
+fn a_swapped_participant_gives_the_same_log() {
+    let folder = Folder::new();
+    let short = ["run", "uav", "--duration", "1", "-q", "--json"];
+    let own = format!("controller.3={} participant", env!("CARGO_BIN_EXE_phalanx"));
+    let swapped = folder.run(&[&short[..], &["--out", "a.mcap", "--swap", &own]].concat()).json();
+    let plain = folder.run(&[&short[..], &["--out", "b.mcap"]].concat()).json();
+    assert_eq!(swapped["sha256"], plain["sha256"]);
+    let missing = folder.run(&[&short[..], &["--swap", "controller.3=./no_such_program"]].concat());
+    assert_eq!(missing.code(), 3);
+    assert!(missing.stderr().contains("no_such_program"), "{}", missing.stderr());
+}
