@@ -1,6 +1,7 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
 
 pub mod catalog;
+pub mod claims;
 pub mod cli;
 mod commands;
 pub mod engine;
