@@ -30,6 +30,8 @@ enum Command {
     Graph(GraphArgs),
     /// Compute all metrics of a log and compare them with their bands
     Check(CheckArgs),
+    /// Run every scenario with every variant and hold all numbers against the thesis
+    Thesis(ThesisArgs),
     /// Show what is in a log
     Info(InfoArgs),
     /// Close the log of a killed run, so that every tool opens it
@@ -153,6 +155,32 @@ pub(crate) struct CheckArgs {
     pub(crate) json: bool,
 }
 
+/// How a table is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// For a terminal
+    Text,
+    /// For a document
+    Markdown,
+    /// For programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ThesisArgs {
+    /// Names of scenarios (see `phalanx list`) [default: all]
+    pub(crate) scenarios: Vec<String>,
+    /// How the tables are written
+    #[arg(long, value_enum, default_value_t = TableFormat::Text)]
+    pub(crate) format: TableFormat,
+    /// Same as --format json
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the tables go [default: stdout]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// A log that `phalanx run` recorded
@@ -190,6 +218,7 @@ pub fn main() -> ExitCode {
         Command::Validate(args) => commands::validate::validate(&args),
         Command::Graph(args) => commands::graph::graph(&args),
         Command::Check(args) => commands::check::check(&args),
+        Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
         Command::Recover(args) => commands::recover::recover(&args),
         Command::Doctor(args) => commands::doctor::doctor(&args),

@@ -11,4 +11,5 @@ pub mod metrics;
 mod progress;
 pub mod run;
 pub mod swap;
+pub mod thesis;
 pub mod verdict;

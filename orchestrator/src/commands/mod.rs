@@ -9,4 +9,5 @@ pub(crate) mod participant;
 pub(crate) mod recover;
 pub(crate) mod run;
 mod select;
+pub(crate) mod thesis;
 pub(crate) mod validate;

@@ -1,0 +1,64 @@
+//! `phalanx thesis`.
+
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::Value;
+
+use crate::cli::{TableFormat, ThesisArgs};
+use crate::failure::Failure;
+use crate::thesis::{as_json, as_markdown, as_text, run_all};
+
+pub(crate) fn thesis(args: &ThesisArgs) -> Result<(), Failure> {
+    let folder = Scratch::new()?;
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:32.cyan/dim} {pos} of {len} runs, {msg}") {
+        bar.set_style(style);
+    }
+    let campaign = run_all(&args.scenarios, &folder.0, |done, all, name| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+        bar.set_message(name.to_string());
+        if bar.is_hidden() {
+            eprintln!("{done} of {all} runs: {name}");
+        }
+    })?;
+    bar.finish_and_clear();
+    let format = if args.json { TableFormat::Json } else { args.format };
+    let text = match format {
+        TableFormat::Text => as_text(&campaign),
+        TableFormat::Markdown => as_markdown(&campaign, &command(args)),
+        TableFormat::Json => format!("{}\n", Value::to_string(&as_json(&campaign))),
+    };
+    match &args.out {
+        Some(path) => {
+            std::fs::write(path, text).map_err(Failure::system(format!("write {}", path.display())))?;
+            println!("{}", path.display());
+        }
+        None => print!("{text}"),
+    }
+    if campaign.ok() { Ok(()) } else { Err(Failure::Missed) }
+}
+
+fn command(args: &ThesisArgs) -> String {
+    let names: String = args.scenarios.iter().map(|name| format!(" {name}")).collect();
+    format!("phalanx thesis{names} --format markdown")
+}
+
+/// A folder for the logs of the runs, removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Result<Self, Failure> {
+        let path = std::env::temp_dir().join(format!("phalanx-thesis-{}", std::process::id()));
+        std::fs::create_dir_all(&path).map_err(Failure::system(format!("create the folder {}", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What remains of it is in the folder for temporary files.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,133 @@
+//! Many runs, as many at a time as the machine has cores.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use formation::scenario::{Scenario, Selection};
+
+use super::{ClaimRow, Job, JobResult};
+use crate::catalog::{SCENARIOS, Shipped};
+use crate::claims::{Claim, Claims};
+use crate::failure::Failure;
+
+/// The scenarios of a campaign with what they claim.
+pub struct Selected {
+    /// The scenario, its default variant.
+    pub scenario: Scenario,
+    /// Its claims.
+    pub claims: Vec<Claim>,
+}
+
+/// What came of all runs.
+pub struct Campaign {
+    /// The scenarios in order.
+    pub selected: Vec<Selected>,
+    /// The runs in order, each variant first, then those that claims demand.
+    pub results: Vec<(Job, JobResult)>,
+    /// The claims of all scenarios.
+    pub claims: Vec<ClaimRow>,
+}
+
+impl Campaign {
+    /// Whether every metric is in its band and every claim holds.
+    pub fn ok(&self) -> bool {
+        let bands = self.results.iter().filter(|(job, _)| job.with.is_empty());
+        bands.filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
+            && self.claims.iter().all(|claim| claim.holds)
+    }
+
+    /// The result of a variant without overrides.
+    pub fn of(&self, scenario: &str, variant: &str) -> Option<&JobResult> {
+        let found = self
+            .results
+            .iter()
+            .find(|(job, _)| job.shipped.name == scenario && job.variant == variant && job.with.is_empty());
+        found.map(|(_, result)| result)
+    }
+}
+
+/// Runs all variants of the scenarios called `names` (all if there are none) and whatever else their claims need.
+///
+/// `report` is told of every run that is done: how many are, of how many, and which.
+///
+/// # Errors
+/// [`Failure`] of the first run that cannot be carried out; an unknown name.
+pub fn run_all(
+    names: &[String],
+    folder: &Path,
+    report: impl Fn(usize, usize, &str) + Sync,
+) -> Result<Campaign, Failure> {
+    let selected = select(names)?;
+    let jobs = jobs(&selected)?;
+    let results = carry_out(&jobs, folder, &report)?;
+    let results: Vec<(Job, JobResult)> = jobs.into_iter().zip(results).collect();
+    let claims = selected.iter().flat_map(|selected| ClaimRow::all(selected, &results)).collect();
+    Ok(Campaign { selected, results, claims })
+}
+
+fn select(names: &[String]) -> Result<Vec<Selected>, Failure> {
+    if let Some(unknown) = names.iter().find(|name| SCENARIOS.iter().all(|shipped| shipped.name != name.as_str())) {
+        return Err(Failure::Usage(format!("no scenario is called `{unknown}`; `phalanx list` shows all")));
+    }
+    let wanted = |shipped: &&Shipped| names.is_empty() || names.iter().any(|name| name == shipped.name);
+    let load = |shipped: &Shipped| -> Result<Selected, Failure> {
+        let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
+        let claims = Claims::read(&scenario).map_err(|problem| vec![problem])?;
+        Ok(Selected { scenario, claims })
+    };
+    SCENARIOS.iter().filter(wanted).map(load).collect()
+}
+
+fn jobs(selected: &[Selected]) -> Result<Vec<Job>, Failure> {
+    let mut jobs: Vec<Job> = Vec::new();
+    for Selected { scenario, claims } in selected {
+        let shipped = *SCENARIOS
+            .iter()
+            .find(|shipped| shipped.name == scenario.name)
+            .ok_or_else(|| Failure::Usage(format!("the scenario {} has another name in its file", scenario.name)))?;
+        let variants = scenario.variants.iter().map(|variant| (variant.clone(), Vec::new()));
+        let demanded = claims
+            .iter()
+            .flat_map(|claim| claim.needs().into_iter().map(|variant| (variant.to_string(), claim.with.clone())));
+        for (variant, with) in variants.chain(demanded) {
+            let job = Job { shipped, variant, with };
+            if !jobs.iter().any(|known| known.is_same(&job)) {
+                jobs.push(job);
+            }
+        }
+    }
+    Ok(jobs)
+}
+
+fn carry_out(
+    jobs: &[Job],
+    folder: &Path,
+    report: &(impl Fn(usize, usize, &str) + Sync),
+) -> Result<Vec<JobResult>, Failure> {
+    let next = AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
+    let slots: Vec<Mutex<Option<Result<JobResult, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads.min(jobs.len()) {
+            scope.spawn(|| {
+                while let Some((job, slot)) = take(&next, jobs, &slots) {
+                    let result = job.carry_out(folder);
+                    report(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len(), &job.name());
+                    *slot.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(result);
+                }
+            });
+        }
+    });
+    let missing = || Err(Failure::Usage("a run of the campaign was not carried out".into()));
+    let results = slots
+        .into_iter()
+        .map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()).unwrap_or_else(missing));
+    results.collect()
+}
+
+fn take<'a, T>(next: &AtomicUsize, jobs: &'a [Job], slots: &'a [T]) -> Option<(&'a Job, &'a T)> {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    Some((jobs.get(index)?, slots.get(index)?))
+}

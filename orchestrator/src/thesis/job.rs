@@ -1,0 +1,87 @@
+//! One run of a campaign.
+
+use std::path::{Path, PathBuf};
+
+use formation::config::Problem;
+use formation::scenario::Selection;
+use formation::wiring::Assembly;
+
+use crate::catalog::{ROLES, Shipped};
+use crate::engine::Placement;
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::run::{Options, run};
+use crate::verdict::Verdict;
+
+/// A variant of a scenario, with overrides.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The scenario.
+    pub shipped: Shipped,
+    /// The variant.
+    pub variant: String,
+    /// Overrides `PATH=VALUE`, as a claim demands them.
+    pub with: Vec<String>,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct JobResult {
+    /// The metrics with their bands; `None` if not one step was completed.
+    pub verdict: Option<Verdict>,
+    /// Why the run ended before its time, if it did.
+    pub stopped: Option<String>,
+    /// Number of steps.
+    pub steps: u64,
+    /// Time it took, s.
+    pub wall: f64,
+}
+
+impl Job {
+    /// Scenario, variant and overrides, for messages.
+    pub fn name(&self) -> String {
+        let with = if self.with.is_empty() { String::new() } else { format!(" with {}", self.with.join(", ")) };
+        format!("{} {}{with}", self.shipped.name, self.variant)
+    }
+
+    /// Whether this is the same run as `other`.
+    pub fn is_same(&self, other: &Job) -> bool {
+        self.shipped.name == other.shipped.name && self.variant == other.variant && self.with == other.with
+    }
+
+    /// Runs it in this process. The log goes to a file in `folder` and is removed once the metrics are known.
+    ///
+    /// # Errors
+    /// [`Failure`] if it cannot start or its log cannot be read; a run that stops early is no error.
+    pub fn carry_out(&self, folder: &Path) -> Result<JobResult, Failure> {
+        let selection = Selection { variant: Some(self.variant.clone()), overrides: self.with.clone() };
+        let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &ROLES)
+            .map_err(|problems: Vec<Problem>| Failure::Invalid(problems))?;
+        let log = TemporaryLog(folder.join(format!("{}.mcap", self.name().replace(['/', ' '], "-"))));
+        let options = Options {
+            placement: Placement::Single,
+            log: Some(log.0.clone()),
+            core: None,
+            swaps: Vec::new(),
+            progress: false,
+        };
+        let outcome = run(&assembly, &options, |_| {})?;
+        let recorded = Log::open(&log.0)?;
+        let verdict = match recorded.steps().is_empty() {
+            true => None,
+            false => Some(Verdict::of(&assembly.scenario, &recorded)?),
+        };
+        let stopped = outcome.stopped.map(|error| error.to_string());
+        Ok(JobResult { verdict, stopped, steps: outcome.steps, wall: outcome.wall })
+    }
+}
+
+/// A log that is removed when it is no longer needed, whatever happens.
+struct TemporaryLog(PathBuf);
+
+impl Drop for TemporaryLog {
+    fn drop(&mut self) {
+        // If it was never written, there is nothing to remove.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}

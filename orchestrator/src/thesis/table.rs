@@ -1,0 +1,211 @@
+//! A campaign as text, Markdown and JSON.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::{Campaign, ClaimRow, JobResult, Selected};
+use crate::verdict::{Row, Verdict, short};
+
+/// A metric of the thesis beside ours.
+struct Line<'a> {
+    row: &'a Row,
+    ratio: Option<f64>,
+}
+
+/// The metrics that the thesis or a band says something about.
+fn lines(verdict: &Verdict) -> Vec<Line<'_>> {
+    let told = |row: &&Row| row.ok.is_some() || !row.expectation.thesis.is_empty();
+    let ratio = |row: &Row| first_number(&row.expectation.thesis).map(|printed| row.value / printed);
+    verdict.rows.iter().filter(told).map(|row| Line { row, ratio: ratio(row) }).collect()
+}
+
+/// The first number in what the thesis prints, `<= 2e-3`; `None` if it prints words.
+fn first_number(text: &str) -> Option<f64> {
+    let start = text.find(|c: char| c.is_ascii_digit())?;
+    let number: String = text[start..].chars().take_while(|c| c.is_ascii_digit() || ".e-".contains(*c)).collect();
+    let number = number.trim_end_matches(['.', 'e', '-']);
+    number.parse().ok().filter(|value: &f64| *value != 0.0)
+}
+
+fn band(row: &Row) -> String {
+    match (row.expectation.low, row.expectation.high) {
+        (Some(low), Some(high)) => format!("{} ... {}", short(low), short(high)),
+        (Some(low), None) => format!(">= {}", short(low)),
+        (None, Some(high)) => format!("<= {}", short(high)),
+        (None, None) => String::new(),
+    }
+}
+
+fn word(ok: Option<bool>) -> &'static str {
+    match ok {
+        Some(true) => "ok",
+        Some(false) => "MISSED",
+        None => "",
+    }
+}
+
+fn sides(claim: &ClaimRow) -> String {
+    let one = |(left, relation, right): &(f64, &str, Option<f64>)| match right {
+        Some(right) => format!("{} {relation} {}", short(*left), short(*right)),
+        None => format!("{} {relation}", short(*left)),
+    };
+    let list: Vec<String> = claim.sides.iter().map(one).collect();
+    match &claim.problem {
+        Some(problem) => problem.lines().next().unwrap_or_default().to_string(),
+        None => list.join("; "),
+    }
+}
+
+/// Counts of a campaign in one sentence.
+fn summary(campaign: &Campaign) -> String {
+    let verdicts = campaign.results.iter().filter(|(job, _)| job.with.is_empty());
+    let rows: Vec<&Row> =
+        verdicts.filter_map(|(_, result)| result.verdict.as_ref()).flat_map(|verdict| &verdict.rows).collect();
+    let judged = rows.iter().filter(|row| row.ok.is_some()).count();
+    let missed = rows.iter().filter(|row| row.ok == Some(false)).count();
+    let broken = campaign.claims.iter().filter(|claim| !claim.holds).count();
+    format!(
+        "{} runs: {} of {judged} bands met, {} of {} claims hold.",
+        campaign.results.len(),
+        judged - missed,
+        campaign.claims.len() - broken,
+        campaign.claims.len()
+    )
+}
+
+fn variants<'a>(campaign: &'a Campaign, selected: &'a Selected) -> Vec<(&'a str, &'a JobResult)> {
+    let scenario = &selected.scenario;
+    let result = |variant: &'a String| Some((variant.as_str(), campaign.of(&scenario.name, variant)?));
+    scenario.variants.iter().filter_map(result).collect()
+}
+
+/// For a terminal: one line a metric.
+pub fn as_text(campaign: &Campaign) -> String {
+    let mut text = String::new();
+    let head = ["metric", "thesis", "ours", "ratio", "band"];
+    for selected in &campaign.selected {
+        let scenario = &selected.scenario;
+        let _ = writeln!(text, "{}: {} (thesis {})", scenario.name, scenario.title, scenario.thesis);
+        for (variant, result) in variants(campaign, selected) {
+            let _ = writeln!(text, "\n  {variant}{}", ending(result));
+            let Some(verdict) = &result.verdict else { continue };
+            let lines = lines(verdict);
+            if lines.is_empty() {
+                continue;
+            }
+            let _ = writeln!(text, "    {:<22}{:>22}{:>12}{:>9}{:>24}", head[0], head[1], head[2], head[3], head[4]);
+            for Line { row, ratio } in lines {
+                let ratio = ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
+                let (thesis, value) = (&row.expectation.thesis, short(row.value));
+                let _ = writeln!(
+                    text,
+                    "    {:<22}{thesis:>22}{value:>12}{ratio:>9}{:>24}  {}",
+                    row.id,
+                    band(row),
+                    word(row.ok)
+                );
+            }
+        }
+        for claim in campaign.claims.iter().filter(|claim| claim.scenario == scenario.name) {
+            let verdict = if claim.holds { "holds " } else { "BROKEN" };
+            let _ =
+                writeln!(text, "\n  {verdict} {}\n         {}\n         {}", claim.text, claim.condition, sides(claim));
+        }
+        text.push('\n');
+    }
+    text.push_str(&summary(campaign));
+    text.push('\n');
+    text
+}
+
+/// A page for the documentation.
+pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
+    let mut text = format!("# Results beside the thesis\n\nMade by `{command}`. {}\n", summary(campaign));
+    for selected in &campaign.selected {
+        let scenario = &selected.scenario;
+        let _ = writeln!(text, "\n## {} ({})\n\nThesis {}.", scenario.name, scenario.title, scenario.thesis);
+        for (variant, result) in variants(campaign, selected) {
+            let _ = writeln!(text, "\n### {variant}{}\n", ending(result));
+            let Some(verdict) = &result.verdict else { continue };
+            let lines = lines(verdict);
+            if lines.is_empty() {
+                text.push_str("No bands; the variant serves the claims below.\n");
+                continue;
+            }
+            text.push_str("| metric | thesis | ours | ratio | band | |\n|---|---|---|---|---|---|\n");
+            for Line { row, ratio } in lines {
+                let ratio = ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
+                let thesis = row.expectation.thesis.replace('|', "\\|");
+                let _ = writeln!(
+                    text,
+                    "| {} | {thesis} | {} | {ratio} | {} | {} |",
+                    row.id,
+                    short(row.value),
+                    band(row),
+                    word(row.ok)
+                );
+            }
+        }
+        let claims: Vec<&ClaimRow> = campaign.claims.iter().filter(|claim| claim.scenario == scenario.name).collect();
+        if !claims.is_empty() {
+            text.push_str("\n### Claims\n\n| claim | check | values | |\n|---|---|---|---|\n");
+        }
+        for claim in claims {
+            let with = if claim.with.is_empty() { String::new() } else { format!(" with `{}`", claim.with.join(", ")) };
+            let condition = claim.condition.replace('`', "").replace('|', "\\|");
+            let verdict = if claim.holds { "holds" } else { "BROKEN" };
+            let _ = writeln!(text, "| {} | `{condition}`{with} | {} | {verdict} |", claim.text, sides(claim));
+        }
+    }
+    text
+}
+
+/// For programs.
+pub fn as_json(campaign: &Campaign) -> Value {
+    let runs: Vec<Value> = campaign
+        .results
+        .iter()
+        .map(|(job, result)| {
+            json!({
+                "scenario": job.shipped.name, "variant": job.variant, "with": job.with, "steps": result.steps,
+                "wall_s": result.wall, "stopped": result.stopped,
+                "metrics": result.verdict.as_ref().map(Verdict::to_json),
+                "ok": result.verdict.as_ref().map(Verdict::ok),
+            })
+        })
+        .collect();
+    let claims: Vec<Value> = campaign
+        .claims
+        .iter()
+        .map(|claim| {
+            json!({
+                "scenario": claim.scenario, "claim": claim.text, "check": claim.condition, "with": claim.with,
+                "values": sides(claim), "holds": claim.holds,
+            })
+        })
+        .collect();
+    json!({"runs": runs, "claims": claims, "ok": campaign.ok()})
+}
+
+fn ending(result: &JobResult) -> String {
+    match &result.stopped {
+        Some(reason) => format!(" (stopped early: {reason})"),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn printed_values_are_found_in_their_text() {
+        assert_eq!(first_number("<= 2e-3"), Some(2e-3));
+        assert_eq!(first_number("4.2 s (at 0.053)"), Some(4.2));
+        assert_eq!(first_number("9e-2"), Some(9e-2));
+        assert_eq!(first_number("bounded"), None);
+        assert_eq!(first_number("0 in theory"), None);
+        assert_eq!(first_number("> 300"), Some(300.0));
+    }
+}
