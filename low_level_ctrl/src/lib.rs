@@ -1,11 +1,13 @@
 //! Controllers: the input of one agent. One file each.
 
 mod attitude_reference;
+mod consensus;
 mod hierarchical_neural;
 mod hierarchical_uav;
 mod local_error;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
+pub use consensus::Consensus;
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
 
@@ -15,6 +17,7 @@ use formation::wiring::Kind;
 
 /// Every controller that a scenario may name.
 pub const KINDS: &[Kind] = &[
+    Kind::of::<Consensus>("consensus", "linear consensus tracking of planar robots, the example of the documentation"),
     Kind::of::<HierarchicalNeural>(
         "hierarchical_neural",
         "a robot of order 1 or 2 tracks its reference; a network cancels the disturbance (7.59) to (7.65)",
