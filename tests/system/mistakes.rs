@@ -32,7 +32,7 @@ fn ten_mistakes_in_one_file_give_ten_errors() {
     let stderr = run.stderr();
     assert!(stderr.starts_with("error: 10 problems; nothing was started"), "{stderr}");
     for expected in [
-        "bad.toml:22:6: timing.dt: 0.03 s does not divide the duration of 80 s",
+        "bad.toml:34:6: timing.dt: 0.03 s does not divide the duration of 80 s",
         "agents.2.m: expected a number > 0, found -2.1",
         "agents.2.position: expected 3 or 6 values, found 2",
         "topology.b: expected 6 values, one for each agent, found 2",
