@@ -1,5 +1,8 @@
 //! Golden values of the cluster of mixed order, agents 1 (order 1) and 3 (order 2). (specification ch7-mixed, section 12)
 
+// Rounded values that happen to be headings of pi/6 and pi/3.
+#![allow(clippy::approx_constant)]
+
 use tests::Bench;
 
 /// Values whose size is round-off of larger ones; the decayed headings of the virtual agents are below it.
