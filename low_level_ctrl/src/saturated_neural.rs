@@ -61,11 +61,14 @@ impl SaturatedNeuralController {
 
 impl Component for SaturatedNeural {
     fn check(&self, context: &Context) -> Checks {
+        let agents = context.agents.len();
+        let problem = (0..agents).find_map(|agent| self.initial_weights.resolve::<6, 3>(agents, agent).err());
         Checks::default()
             .positive("c", self.c)
             .positive("lam", self.lam)
             .not_negative("eta1", self.eta1)
             .not_negative("eta2", self.eta2)
+            .require(problem.is_none(), "What0", problem.unwrap_or_default())
             .strongly_connected(context)
     }
 

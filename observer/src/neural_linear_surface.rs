@@ -52,13 +52,21 @@ impl Surface for LinearSurface {
     }
 }
 
+impl NeuralLinearSurface {
+    fn family(&self) -> Family<'_> {
+        let tuning = Tuning { rate: self.eta1, leak: self.eta2 };
+        Family { tuning, initial_weights: &self.initial_weights, published: self.published }
+    }
+}
+
 impl Component for NeuralLinearSurface {
-    fn check(&self, _: &Context) -> Checks {
-        Checks::default()
+    fn check(&self, context: &Context) -> Checks {
+        let checks = Checks::default()
             .positive("lt1", self.lt1)
             .positive("ct1", self.ct1)
             .not_negative("eta1", self.eta1)
-            .not_negative("eta2", self.eta2)
+            .not_negative("eta2", self.eta2);
+        self.family().check(checks, context)
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
@@ -67,9 +75,7 @@ impl Component for NeuralLinearSurface {
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let surface = LinearSurface { slope: self.lt1, gain: self.ct1 };
-        let tuning = Tuning { rate: self.eta1, leak: self.eta2 };
-        let family = Family { tuning, initial_weights: &self.initial_weights, published: self.published };
-        family.build(surface, context, agents[0], bind)
+        self.family().build(surface, context, agents[0], bind)
     }
 }
 

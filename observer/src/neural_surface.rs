@@ -5,7 +5,7 @@ use formation::nalgebra::SVector;
 use formation::networks::{InitialWeights, Leak, OutputLayer, tanh_of_state};
 use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
-use formation::wiring::{Bind, Refusal, Role};
+use formation::wiring::{Bind, Checks, Refusal, Role};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
 use serde::Deserialize;
 
@@ -118,6 +118,16 @@ pub(crate) struct Family<'a> {
 }
 
 impl Family<'_> {
+    /// Adds what is wrong with the initial weights to the findings.
+    pub(crate) fn check(&self, checks: Checks, context: &Context) -> Checks {
+        let agents = context.agents.len();
+        let problem = context.agents.iter().enumerate().find_map(|(agent, row)| match row.vehicle.coordinates() {
+            6 => self.initial_weights.resolve::<12, 6>(agents, agent).err(),
+            _ => self.initial_weights.resolve::<6, 3>(agents, agent).err(),
+        });
+        checks.require(problem.is_none(), "What0", problem.unwrap_or_default())
+    }
+
     /// The participant that observes `agent`.
     pub(crate) fn build<S: Surface + 'static>(
         &self,

@@ -83,10 +83,17 @@ impl Surface for TerminalSurface {
     }
 }
 
+impl NeuralTerminalSurface {
+    fn family(&self) -> Family<'_> {
+        let tuning = Tuning { rate: self.eta1, leak: self.eta2 };
+        Family { tuning, initial_weights: &self.initial_weights, published: self.published }
+    }
+}
+
 impl Component for NeuralTerminalSurface {
-    fn check(&self, _: &Context) -> Checks {
+    fn check(&self, context: &Context) -> Checks {
         let exponent = format!("expected p1 < p2, an exponent p1/p2 below 1, found {}/{}", self.p1, self.p2);
-        Checks::default()
+        let checks = Checks::default()
             .positive("lt1", self.lt1)
             .not_negative("lt2", self.lt2)
             .positive("p1", self.p1)
@@ -96,7 +103,8 @@ impl Component for NeuralTerminalSurface {
             .positive("ct1", self.ct1)
             .not_negative("ct2", self.ct2)
             .not_negative("eta1", self.eta1)
-            .not_negative("eta2", self.eta2)
+            .not_negative("eta2", self.eta2);
+        self.family().check(checks, context)
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
@@ -112,9 +120,7 @@ impl Component for NeuralTerminalSurface {
             gain: self.ct1,
             power_gain: self.ct2,
         };
-        let tuning = Tuning { rate: self.eta1, leak: self.eta2 };
-        let family = Family { tuning, initial_weights: &self.initial_weights, published: self.published };
-        family.build(surface, context, agents[0], bind)
+        self.family().build(surface, context, agents[0], bind)
     }
 }
 

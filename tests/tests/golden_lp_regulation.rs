@@ -95,7 +95,7 @@ fn robot_1_with_regulated_inputs() {
         bench.run_to(golden.time);
         let floor = tolerance(golden.time);
         // A value of 10 or more has fewer than eight decimals in nine digits.
-        let near = |topic: &str, field: &str, golden: &[f64]| bench.expect_within(topic, field, 0, golden, 1e-9, floor);
+        let near = |topic: &str, field: &str, golden: &[f64]| bench.expect_within(topic, field, 0, golden, 5e-9, floor);
         near("/agent_1/state", "position", &golden.position);
         near("/agent_1/state", "velocity", &golden.velocity);
         near("/agent_1/command", "input", &golden.input);
