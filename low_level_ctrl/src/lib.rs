@@ -5,11 +5,19 @@ mod consensus;
 mod hierarchical_neural;
 mod hierarchical_uav;
 mod local_error;
+mod saturated_compensated;
+mod saturated_neural;
+mod saturated_nominal;
+mod sliding_feedback;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
 pub use consensus::Consensus;
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
+pub use saturated_compensated::{Regulation, SaturatedCompensated, SaturatedCompensatedController};
+pub use saturated_neural::{SaturatedNeural, SaturatedNeuralController};
+pub use saturated_nominal::{SaturatedNominal, SaturatedNominalController};
+pub use sliding_feedback::{Command, FormationErrors, SlidingFeedback};
 
 pub use local_error::LocalError;
 
@@ -26,4 +34,13 @@ pub const KINDS: &[Kind] = &[
         "hierarchical_uav",
         "position loop, guidance and attitude loop of a quadcopter that tracks its reference (7.31) to (7.43)",
     ),
+    Kind::of::<SaturatedCompensated>(
+        "saturated_compensated",
+        "sliding mode formation control with anti-windup, inputs clipped or regulated by a linear program (6.23), (6.24)",
+    ),
+    Kind::of::<SaturatedNeural>(
+        "saturated_neural",
+        "sliding mode formation control whose own network learns from the formation error (section 6.6)",
+    ),
+    Kind::of::<SaturatedNominal>("saturated_nominal", "sliding mode formation control, inputs clipped (6.21), (6.22)"),
 ];

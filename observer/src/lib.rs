@@ -1,13 +1,29 @@
 //! Observers: estimates of what the sensors of one agent do not tell. One file each.
 
+mod neural_linear_surface;
+mod neural_surface;
+mod neural_terminal_surface;
 mod sliding_neural;
 
+pub use neural_linear_surface::{LinearSurface, NeuralLinearSurface};
+pub use neural_surface::{NeuralSurfaceObserver, Published, Surface, Tuning};
+pub use neural_terminal_surface::{NeuralTerminalSurface, TerminalSurface};
 pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
 
 use formation::wiring::Kind;
 
 /// Every observer that a scenario may name.
-pub const KINDS: &[Kind] = &[Kind::of::<SlidingNeural>(
-    "sliding_neural",
-    "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
-)];
+pub const KINDS: &[Kind] = &[
+    Kind::of::<NeuralLinearSurface>(
+        "neural_linear_surface",
+        "neural observer with a linear sliding surface for vehicles of order 2 (6.9) to (6.13)",
+    ),
+    Kind::of::<NeuralTerminalSurface>(
+        "neural_terminal_surface",
+        "neural observer with a terminal sliding surface for vehicles of order 2 (6.9), (6.13), (6.16), (6.17)",
+    ),
+    Kind::of::<SlidingNeural>(
+        "sliding_neural",
+        "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
+    ),
+];

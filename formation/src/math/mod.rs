@@ -3,6 +3,7 @@
 mod differentiator;
 mod graph;
 mod integrate;
+mod lp;
 mod potential;
 mod power;
 mod projection;
@@ -11,6 +12,7 @@ mod random;
 pub use differentiator::{Differentiator, DifferentiatorGains};
 pub use graph::Topology;
 pub use integrate::Rk4;
+pub use lp::regulate;
 pub use potential::PotentialField;
 pub use power::{sig, sig_vector, sign, sign_vector};
 pub use projection::{Projection, clip, clip_vector};

@@ -1,5 +1,9 @@
 //! Neural networks that are tuned while they are used: regressors, weights, and the laws that tune them.
 
+mod initial_weights;
 mod output_layer;
+mod tanh;
 
+pub use initial_weights::InitialWeights;
 pub use output_layer::{Leak, OutputLayer};
+pub use tanh::tanh_of_state;

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 /// What pulls the weights back to zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Leak {
-    /// `η2 Ŵ` (sigma modification). (6.18)
+    /// `η2 Ŵ` (sigma modification). (6.13)
     Constant(f64),
     /// `η2 ‖e‖ Ŵ` (e-modification). (4.13), (7.23), (7.61)
     ByError(f64),
@@ -25,6 +25,11 @@ impl<const P: usize, const D: usize> Default for OutputLayer<P, D> {
 }
 
 impl<const P: usize, const D: usize> OutputLayer<P, D> {
+    /// A layer that starts with these weights; [`OutputLayer::default`] starts with zeros.
+    pub fn new(weights: SMatrix<f64, P, D>) -> Self {
+        Self { weights }
+    }
+
     /// `Ŵᵀ φ`.
     pub fn output(&self, regressor: &SVector<f64, P>) -> SVector<f64, D> {
         self.weights.tr_mul(regressor)

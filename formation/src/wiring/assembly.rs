@@ -202,7 +202,7 @@ fn read_components(
 ) -> Vec<(Role, String, Box<dyn Component>)> {
     let mut components = Vec::new();
     for role in Role::ALL {
-        if scenario.section(role.name()).is_none() {
+        if scenario.component(role).is_none() {
             if role != Role::Observer {
                 problems.push(scenario.problem("", format!("missing section `[{role}]`")));
             }

@@ -1,0 +1,141 @@
+//! What the formation controllers of section 6.5 share: errors, sliding variable and the demanded acceleration.
+
+use formation::nalgebra::Vector3;
+use formation::scenario::Context;
+use formation::vehicle::Omni;
+use formation::wiring::{Bind, Refusal};
+use lockstep::{Field, In, Io, Out};
+
+use crate::LocalError;
+
+/// What a controller is told of its agent, its neighbours and the reference at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FormationErrors {
+    /// δx, own position error, m and rad.
+    pub position: Vector3<f64>,
+    /// δv, own velocity error.
+    pub velocity: Vector3<f64>,
+    /// ex, position error relative to reference and neighbours.
+    pub local_position: Vector3<f64>,
+    /// ev, velocity error relative to reference and neighbours.
+    pub local_velocity: Vector3<f64>,
+    /// Second derivative of the reference.
+    pub acceleration: Vector3<f64>,
+}
+
+/// Gains of the sliding mode formation feedback.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlidingFeedback {
+    /// c, gain of the sliding variable, 1/s.
+    pub gain: f64,
+    /// λ, slope of the sliding surface, 1/s.
+    pub slope: f64,
+}
+
+impl SlidingFeedback {
+    /// s.
+    pub fn sliding(&self, errors: &FormationErrors) -> Vector3<f64> {
+        errors.local_velocity + self.slope * errors.local_position // (6.21)
+    }
+
+    /// The acceleration that the nominal law asks of the vehicle, `disturbance` being the estimate ŵ. The last two terms are
+    /// the agent's own errors, which the coupling of the errors turns into the neighbourhood's.
+    pub fn acceleration(&self, errors: &FormationErrors, disturbance: &Vector3<f64>) -> Vector3<f64> {
+        errors.acceleration
+            - disturbance
+            - self.gain * self.sliding(errors)
+            - self.slope * errors.velocity
+            - errors.position // (6.22)
+    }
+}
+
+/// The signals that a controller of this family reads.
+pub(crate) struct FormationInputs {
+    position_error: LocalError,
+    velocity_error: LocalError,
+    reference_acceleration: In<3>,
+    position: In<3>,
+    velocity: In<3>,
+}
+
+impl FormationInputs {
+    pub(crate) fn new(context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
+        Ok(Self {
+            position_error: LocalError::new(context, agent, bind, "position")?,
+            velocity_error: LocalError::new(context, agent, bind, "velocity")?,
+            reference_acceleration: bind.reference(agent, "acceleration")?,
+            position: bind.state(agent, "position")?,
+            velocity: bind.state(agent, "velocity")?,
+        })
+    }
+
+    pub(crate) fn errors(&self, io: &Io) -> FormationErrors {
+        FormationErrors {
+            position: self.position_error.own(io),
+            velocity: self.velocity_error.own(io),
+            local_position: self.position_error.local(io),
+            local_velocity: self.velocity_error.local(io),
+            acceleration: io.get(self.reference_acceleration).into(),
+        }
+    }
+
+    pub(crate) fn position(&self, io: &Io) -> Vector3<f64> {
+        io.get(self.position).into()
+    }
+
+    pub(crate) fn velocity(&self, io: &Io) -> Vector3<f64> {
+        io.get(self.velocity).into()
+    }
+}
+
+/// The planar vehicle of `agent` as its controller knows it, and the limit of its inputs.
+pub(crate) fn vehicle<'a>(context: &'a Context, agent: usize, kind: &str) -> Result<(&'a Omni, f64), Refusal> {
+    let omni = context.agents[agent].nominal.omni();
+    let omni =
+        omni.ok_or_else(|| Refusal(format!("the controller `{kind}` drives planar robots with three inputs")))?;
+    Ok((omni, context.input_limit.unwrap_or(f64::INFINITY)))
+}
+
+/// What every controller of this family publishes, first of all.
+pub(crate) fn outputs(context: &Context, agent: usize) -> Vec<Field> {
+    let input = context.agents[agent].vehicle.input_field();
+    let demanded = Field { name: "ucom".into(), ..input.clone() };
+    vec![input, demanded, Field::vector("sliding", 3, "m/s, m/s, rad/s"), Field::vector("error", 3, "m, m, rad")]
+}
+
+/// The ports of [`outputs`].
+pub(crate) struct FormationOutputs {
+    input: Out<3>,
+    demanded: Out<3>,
+    sliding: Out<3>,
+    error: Out<3>,
+}
+
+impl FormationOutputs {
+    pub(crate) fn new(agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
+        Ok(Self {
+            input: bind.out(agent, "input")?,
+            demanded: bind.out(agent, "ucom")?,
+            sliding: bind.out(agent, "sliding")?,
+            error: bind.out(agent, "error")?,
+        })
+    }
+
+    pub(crate) fn publish(&self, io: &mut Io, command: &Command, errors: &FormationErrors) {
+        io.set(self.input, command.input.into());
+        io.set(self.demanded, command.demanded.into());
+        io.set(self.sliding, command.sliding.into());
+        io.set(self.error, errors.local_position.into());
+    }
+}
+
+/// An input with what led to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command {
+    /// What the actuators do.
+    pub input: Vector3<f64>,
+    /// What the law asked for, before any limit.
+    pub demanded: Vector3<f64>,
+    /// s.
+    pub sliding: Vector3<f64>,
+}

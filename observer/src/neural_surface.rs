@@ -1,0 +1,228 @@
+//! The neural sliding mode observer of section 6.4: an imaginary vehicle of order 2 that is made to follow the real one; the
+//! input that this takes estimates the lumped uncertainty. What it slides on is a [`Surface`].
+
+use formation::nalgebra::SVector;
+use formation::networks::{InitialWeights, Leak, OutputLayer, tanh_of_state};
+use formation::scenario::Context;
+use formation::vehicle::{MAX_COORDINATES, Vehicle};
+use formation::wiring::{Bind, Checks, Refusal, Role};
+use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use serde::Deserialize;
+
+/// What the errors of the imaginary vehicle slide on, and what drives them there, element by element.
+pub trait Surface: Clone + Send {
+    /// s̃ from x̃ and ṽ.
+    fn sliding<const D: usize>(&self, position: &SVector<f64, D>, velocity: &SVector<f64, D>) -> SVector<f64, D>;
+
+    /// The part of the imaginary input û that does not come from the network, from x̃, ṽ and s̃.
+    fn correction<const D: usize>(
+        &self,
+        position: &SVector<f64, D>,
+        velocity: &SVector<f64, D>,
+        sliding: &SVector<f64, D>,
+    ) -> SVector<f64, D>;
+}
+
+/// What is published as the estimate of the uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Published {
+    /// The output of the network alone, ŴᵀT.
+    Network,
+    /// The whole imaginary input û.
+    Input,
+}
+
+/// How the network is tuned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tuning {
+    /// η1, learning rate.
+    pub rate: f64,
+    /// η2, leakage, 1/s.
+    pub leak: f64,
+}
+
+/// The observer of one vehicle with `D` coordinates; the network has `P = 2 D` regressors.
+#[derive(Clone, Debug)]
+pub struct NeuralSurfaceObserver<S, const P: usize, const D: usize> {
+    surface: S,
+    tuning: Tuning,
+    /// x̂.
+    pub position: SVector<f64, D>,
+    /// v̂.
+    pub velocity: SVector<f64, D>,
+    /// Ŵ.
+    pub layer: OutputLayer<P, D>,
+    /// T, the regressors at the last update.
+    regressor: SVector<f64, P>,
+    /// s̃ at the last update.
+    pub sliding: SVector<f64, D>,
+    /// ŴᵀT at the last update.
+    pub network: SVector<f64, D>,
+    /// û at the last update.
+    pub input: SVector<f64, D>,
+}
+
+impl<S: Surface, const P: usize, const D: usize> NeuralSurfaceObserver<S, P, D> {
+    /// An observer that starts at `position` and `velocity` with the weights of `layer`.
+    pub fn new(
+        surface: S,
+        tuning: Tuning,
+        position: SVector<f64, D>,
+        velocity: SVector<f64, D>,
+        layer: OutputLayer<P, D>,
+    ) -> Self {
+        let zero = SVector::zeros();
+        let regressor = SVector::zeros();
+        Self { surface, tuning, position, velocity, layer, regressor, sliding: zero, network: zero, input: zero }
+    }
+
+    /// Advances by `dt` seconds, in which `acceleration` (g u) acted, from the errors and the input of the last update.
+    ///
+    /// The position moves along a parabola. A tangent would make it lag by ½ dt of the acceleration, an error that the
+    /// infinite slope of a terminal surface at zero turns into spikes of the estimate.
+    pub fn advance(&mut self, dt: f64, acceleration: &SVector<f64, D>) {
+        let total = acceleration + self.input;
+        self.position += dt * self.velocity + 0.5 * dt * dt * total; // (6.9)
+        self.velocity += dt * total;
+        let Tuning { rate, leak } = self.tuning;
+        self.layer.learn(dt, rate, &self.regressor, &self.sliding, Leak::Constant(leak)); // (6.13)
+    }
+
+    /// Takes in the measurements of now and forms the imaginary input.
+    pub fn update(&mut self, position: &SVector<f64, D>, velocity: &SVector<f64, D>) {
+        self.regressor = tanh_of_state(position, velocity);
+        let position_error = position - self.position; // (6.10)
+        let velocity_error = velocity - self.velocity;
+        self.sliding = self.surface.sliding(&position_error, &velocity_error);
+        self.network = self.layer.output(&self.regressor); // (6.6)
+        self.input = self.network + self.surface.correction(&position_error, &velocity_error, &self.sliding);
+    }
+}
+
+/// What the observers of this family publish for a vehicle.
+pub(crate) fn outputs(vehicle: &Vehicle) -> Vec<Field> {
+    let length = vehicle.coordinates();
+    let vector = |name| Field::vector(name, length, "");
+    let mut fields: Vec<Field> =
+        ["position", "velocity", "disturbance", "imaginary_input", "network", "sliding"].map(vector).into();
+    fields.push(Field::scalar("weight_norm", ""));
+    fields
+}
+
+/// Everything of a component of this family but its surface.
+pub(crate) struct Family<'a> {
+    pub(crate) tuning: Tuning,
+    pub(crate) initial_weights: &'a InitialWeights,
+    pub(crate) published: Published,
+}
+
+impl Family<'_> {
+    /// Adds what is wrong with the initial weights to the findings.
+    pub(crate) fn check(&self, checks: Checks, context: &Context) -> Checks {
+        let agents = context.agents.len();
+        let problem = context.agents.iter().enumerate().find_map(|(agent, row)| match row.vehicle.coordinates() {
+            6 => self.initial_weights.resolve::<12, 6>(agents, agent).err(),
+            _ => self.initial_weights.resolve::<6, 3>(agents, agent).err(),
+        });
+        checks.require(problem.is_none(), "What0", problem.unwrap_or_default())
+    }
+
+    /// The participant that observes `agent`.
+    pub(crate) fn build<S: Surface + 'static>(
+        &self,
+        surface: S,
+        context: &Context,
+        agent: usize,
+        bind: &mut Bind,
+    ) -> Result<Box<dyn Participant>, Refusal> {
+        Ok(match context.agents[agent].vehicle.coordinates() {
+            6 => Box::new(self.participant::<S, 12, 6>(surface, context, agent, bind)?),
+            _ => Box::new(self.participant::<S, 6, 3>(surface, context, agent, bind)?),
+        })
+    }
+
+    fn participant<S: Surface, const P: usize, const D: usize>(
+        &self,
+        surface: S,
+        context: &Context,
+        agent: usize,
+        bind: &mut Bind,
+    ) -> Result<NeuralSurfaceParticipant<S, P, D>, Refusal> {
+        let row = &context.agents[agent];
+        let weights = self.initial_weights.resolve(context.agents.len(), agent);
+        let observer = NeuralSurfaceObserver::new(
+            surface,
+            self.tuning,
+            SVector::from_column_slice(&row.estimate),
+            SVector::from_column_slice(&row.estimate_velocity),
+            OutputLayer::new(weights.map_err(|message| Refusal(format!("What0: {message}")))?),
+        );
+        let mut out = |name| bind.out(agent, name);
+        Ok(NeuralSurfaceParticipant {
+            observer,
+            published: self.published,
+            vehicle: row.nominal.clone(),
+            position_before: SVector::zeros(),
+            outputs: [
+                out("position")?,
+                out("velocity")?,
+                out("disturbance")?,
+                out("imaginary_input")?,
+                out("network")?,
+                out("sliding")?,
+            ],
+            weight_norm: bind.out(agent, "weight_norm")?,
+            position: bind.state(agent, "position")?,
+            velocity: bind.state(agent, "velocity")?,
+            input: bind.slice(Role::Controller, agent, "input", row.nominal.inputs(), Timing::Delayed)?,
+        })
+    }
+}
+
+struct NeuralSurfaceParticipant<S, const P: usize, const D: usize> {
+    observer: NeuralSurfaceObserver<S, P, D>,
+    published: Published,
+    vehicle: Vehicle,
+    /// Coordinates of the step before, at which the input of the last interval acted.
+    position_before: SVector<f64, D>,
+    position: In<D>,
+    velocity: In<D>,
+    input: Slice,
+    outputs: [Out<D>; 6],
+    weight_norm: Out<1>,
+}
+
+impl<S, const P: usize, const D: usize> NeuralSurfaceParticipant<S, P, D> {
+    /// g(x) u + drift of the last interval.
+    fn acceleration(&self, input: &[f64]) -> SVector<f64, D> {
+        let mut effect = [0.0; MAX_COORDINATES];
+        self.vehicle.effect(self.position_before.as_slice(), input, &mut effect);
+        SVector::from_fn(|j, _| effect[j] + self.vehicle.drift(j))
+    }
+}
+
+impl<S: Surface, const P: usize, const D: usize> Participant for NeuralSurfaceParticipant<S, P, D> {
+    fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
+        let position = SVector::from(io.get(self.position));
+        let velocity = SVector::from(io.get(self.velocity));
+        if !step.is_first() {
+            let acceleration = self.acceleration(io.slice(self.input));
+            self.observer.advance(step.dt, &acceleration);
+        }
+        self.observer.update(&position, &velocity);
+        self.position_before = position;
+        let observer = &self.observer;
+        let disturbance = match self.published {
+            Published::Network => observer.network,
+            Published::Input => observer.input,
+        };
+        let values =
+            [observer.position, observer.velocity, disturbance, observer.input, observer.network, observer.sliding];
+        for (port, value) in self.outputs.into_iter().zip(values) {
+            io.set(port, value.into());
+        }
+        io.set(self.weight_norm, [observer.layer.weights.norm()]);
+        Ok(())
+    }
+}
