@@ -1,15 +1,26 @@
 //! Controllers: the input of one agent. One file each.
 
 mod attitude_reference;
+mod compensated_formation;
 mod consensus;
 mod hierarchical_neural;
 mod hierarchical_uav;
+mod input_distribution;
 mod local_error;
+mod neural_formation;
+mod observer_formation;
+mod speed_vehicle;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
+pub use compensated_formation::{CompensatedFormation, CompensatedFormationController, CompensatedGains};
 pub use consensus::Consensus;
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
+pub use input_distribution::consensus_share;
+pub use neural_formation::{NeuralFormation, NeuralFormationController, NeuralFormationSettings};
+pub use observer_formation::{
+    Distribution, ObserverFormation, ObserverFormationController, ObserverFormationLimits, WholeLimit,
+};
 
 pub use local_error::LocalError;
 
@@ -17,6 +28,10 @@ use formation::wiring::Kind;
 
 /// Every controller that a scenario may name.
 pub const KINDS: &[Kind] = &[
+    Kind::of::<CompensatedFormation>(
+        "compensated_formation",
+        "observer feedback with a compensator of the saturation, for wheel speeds (section 5.4)",
+    ),
     Kind::of::<Consensus>("consensus", "linear consensus tracking of planar robots, the example of the documentation"),
     Kind::of::<HierarchicalNeural>(
         "hierarchical_neural",
@@ -25,5 +40,13 @@ pub const KINDS: &[Kind] = &[
     Kind::of::<HierarchicalUav>(
         "hierarchical_uav",
         "position loop, guidance and attitude loop of a quadcopter that tracks its reference (7.31) to (7.43)",
+    ),
+    Kind::of::<NeuralFormation>(
+        "neural_formation",
+        "formation control with a network tuned by the local error, for wheel speeds (5.6), (5.12), (5.14)",
+    ),
+    Kind::of::<ObserverFormation>(
+        "observer_formation",
+        "formation control with an observer, saturated or with input distribution, for wheel speeds (5.28)",
     ),
 ];

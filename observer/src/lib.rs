@@ -1,13 +1,25 @@
 //! Observers: estimates of what the sensors of one agent do not tell. One file each.
 
+mod adaptive;
+mod applied_input;
 mod sliding_neural;
+mod three_layer_neural;
 
+pub use adaptive::{Adaptive, AdaptiveGains, AdaptiveObserver};
 pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
+pub use three_layer_neural::{ThreeLayerNeural, ThreeLayerObserver};
 
 use formation::wiring::Kind;
 
 /// Every observer that a scenario may name.
-pub const KINDS: &[Kind] = &[Kind::of::<SlidingNeural>(
-    "sliding_neural",
-    "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
-)];
+pub const KINDS: &[Kind] = &[
+    Kind::of::<Adaptive>("adaptive", "linear adaptive observer for vehicles of order 1 or 2 (5.39) to (5.41)"),
+    Kind::of::<SlidingNeural>(
+        "sliding_neural",
+        "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
+    ),
+    Kind::of::<ThreeLayerNeural>(
+        "three_layer_neural",
+        "observer with a three-layer network for vehicles of order 1 (5.6), (5.20), (5.21)",
+    ),
+];
