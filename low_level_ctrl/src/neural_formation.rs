@@ -12,7 +12,7 @@ use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
 use serde::Deserialize;
 
 use crate::LocalError;
-use crate::speed_vehicle::{require_positive, require_speed_vehicles, resolved, speed_vehicle};
+use crate::speed_vehicle::{require_speed_vehicles, resolved, speed_vehicle};
 
 /// More hidden neurons than this are taken for a mistake.
 const MAX_NEURONS: usize = 1000;
@@ -116,7 +116,7 @@ impl Component for NeuralFormation {
     fn check(&self, context: &Context) -> Checks {
         let names = ["eta.1", "eta.2", "eta.3", "eta.4"];
         let checks = require_speed_vehicles(Checks::default(), context);
-        let checks = require_positive(checks, "k", &self.k, context);
+        let checks = checks.positive_each("k", &self.k, context);
         let checks = self.eta.iter().zip(names).fold(checks, |checks, (rate, name)| checks.not_negative(name, *rate));
         let neurons = format!("expected 1 to {MAX_NEURONS} neurons, found {}", self.n_hidden);
         checks

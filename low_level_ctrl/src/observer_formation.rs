@@ -10,7 +10,7 @@ use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
 use serde::Deserialize;
 
-use crate::speed_vehicle::{require_positive, require_speed_vehicles, resolved, speed_vehicle};
+use crate::speed_vehicle::{require_speed_vehicles, resolved, speed_vehicle};
 use crate::{LocalError, consensus_share};
 
 /// How the consensus input is fitted beside the maintenance input.
@@ -124,7 +124,8 @@ impl Component for ObserverFormation {
              the vehicle"
         );
         let checks = require_speed_vehicles(Checks::default(), context);
-        require_positive(checks, "k", &self.k, context)
+        checks
+            .positive_each("k", &self.k, context)
             .require(
                 context.input_limit.is_some() || !cida,
                 "/vehicle",

@@ -21,18 +21,5 @@ pub(crate) fn speed_vehicle(context: &Context, agent: usize) -> Result<Omni, Ref
 
 /// The value of a parameter for `agent`.
 pub(crate) fn resolved(parameter: &PerAgent, context: &Context, agent: usize) -> Result<f64, Refusal> {
-    Ok(resolve_all(parameter, context).map_err(Refusal)?[agent])
-}
-
-/// Requires that a parameter has a positive value for every agent.
-pub(crate) fn require_positive(checks: Checks, field: &str, parameter: &PerAgent, context: &Context) -> Checks {
-    match resolve_all(parameter, context) {
-        Ok(values) => values.into_iter().fold(checks, |checks, value| checks.positive(field, value)),
-        Err(message) => checks.require(false, field, message),
-    }
-}
-
-fn resolve_all(parameter: &PerAgent, context: &Context) -> Result<Vec<f64>, String> {
-    let ids: Vec<u32> = context.agents.iter().map(|agent| agent.id).collect();
-    parameter.resolve(context.agents.len(), &ids)
+    Ok(context.resolve(parameter).map_err(Refusal)?[agent])
 }

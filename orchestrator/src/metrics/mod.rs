@@ -1,8 +1,11 @@
 //! What is computed from a log: one file per scheme, a set of metrics each.
 
+mod cida;
+mod compensated;
 mod history;
 mod mixed;
 mod run;
+mod speed_formation;
 mod uav;
 
 pub use history::{
@@ -36,5 +39,9 @@ pub struct MetricSet {
 }
 
 /// All sets of metrics.
-pub const SETS: &[MetricSet] =
-    &[MetricSet { name: "mixed", compute: mixed::compute }, MetricSet { name: "uav", compute: uav::compute }];
+pub const SETS: &[MetricSet] = &[
+    MetricSet { name: "cida", compute: cida::compute },
+    MetricSet { name: "compensated", compute: compensated::compute },
+    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "uav", compute: uav::compute },
+];
