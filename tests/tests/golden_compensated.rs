@@ -81,3 +81,18 @@ fn cobfc_agrees_to_nine_digits() {
         bench.expect_within("/agent_1/command", "xi", 0, &golden.auxiliary, digits, 0.0);
     }
 }
+
+/// The observer is not tied to its scenario: on a vehicle of order 2 it watches the velocities.
+#[test]
+fn the_adaptive_observer_serves_drones() {
+    let gains = ["observer.eta5=64", "observer.eta6=0.5", "observer.ktilde=16", "observer.kind=adaptive"];
+    let mut bench = Bench::new("uav", &gains);
+    bench.run_to(20.0);
+    for agent in 1..=6 {
+        let estimate = bench.signal(&format!("/agent_{agent}/estimate"), "disturbance");
+        let disturbance = bench.signal(&format!("/agent_{agent}/state"), "disturbance");
+        for (j, (estimate, disturbance)) in estimate.iter().zip(disturbance).enumerate() {
+            assert!((estimate - disturbance).abs() < 0.03, "agent {agent}, channel {j}: {estimate} {disturbance}");
+        }
+    }
+}
