@@ -153,6 +153,14 @@ impl Scenario {
         self.root.at(name)
     }
 
+    /// The section that describes the component of a role. An observer of the kind `none` is no observer: so a variant drops
+    /// the one of its file.
+    pub fn component(&self, role: Role) -> Option<&Node> {
+        let dropped =
+            |section: &&Node| role == Role::Observer && section.at("kind").and_then(Node::as_str) == Some("none");
+        self.section(role.name()).filter(|section| !dropped(section))
+    }
+
     /// The effective scenario as TOML: the variant and all overrides applied. Loading it again gives this scenario.
     pub fn to_toml(&self) -> String {
         self.root.to_toml()
