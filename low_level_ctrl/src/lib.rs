@@ -1,19 +1,30 @@
 //! Controllers: the input of one agent. One file each.
 
 mod attitude_reference;
+mod compensated_formation;
 mod consensus;
 mod hierarchical_neural;
 mod hierarchical_uav;
+mod input_distribution;
 mod local_error;
+mod neural_formation;
+mod observer_formation;
 mod saturated_compensated;
 mod saturated_neural;
 mod saturated_nominal;
 mod sliding_feedback;
+mod speed_vehicle;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
+pub use compensated_formation::{CompensatedFormation, CompensatedFormationController, CompensatedGains};
 pub use consensus::Consensus;
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
+pub use input_distribution::consensus_share;
+pub use neural_formation::{NeuralFormation, NeuralFormationController, NeuralFormationSettings};
+pub use observer_formation::{
+    Distribution, ObserverFormation, ObserverFormationController, ObserverFormationLimits, WholeLimit,
+};
 pub use saturated_compensated::{Regulation, SaturatedCompensated, SaturatedCompensatedController};
 pub use saturated_neural::{SaturatedNeural, SaturatedNeuralController};
 pub use saturated_nominal::{SaturatedNominal, SaturatedNominalController};
@@ -25,6 +36,10 @@ use formation::wiring::Kind;
 
 /// Every controller that a scenario may name.
 pub const KINDS: &[Kind] = &[
+    Kind::of::<CompensatedFormation>(
+        "compensated_formation",
+        "observer feedback with a compensator of the saturation, for wheel speeds (section 5.4)",
+    ),
     Kind::of::<Consensus>("consensus", "linear consensus tracking of planar robots, the example of the documentation"),
     Kind::of::<HierarchicalNeural>(
         "hierarchical_neural",
@@ -43,4 +58,12 @@ pub const KINDS: &[Kind] = &[
         "sliding mode formation control whose own network learns from the formation error (section 6.6)",
     ),
     Kind::of::<SaturatedNominal>("saturated_nominal", "sliding mode formation control, inputs clipped (6.21), (6.22)"),
+    Kind::of::<NeuralFormation>(
+        "neural_formation",
+        "formation control with a network tuned by the local error, for wheel speeds (5.6), (5.12), (5.14)",
+    ),
+    Kind::of::<ObserverFormation>(
+        "observer_formation",
+        "formation control with an observer, saturated or with input distribution, for wheel speeds (5.28)",
+    ),
 ];

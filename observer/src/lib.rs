@@ -1,14 +1,19 @@
 //! Observers: estimates of what the sensors of one agent do not tell. One file each.
 
+mod adaptive;
+mod applied_input;
 mod neural_linear_surface;
 mod neural_surface;
 mod neural_terminal_surface;
 mod sliding_neural;
+mod three_layer_neural;
 
+pub use adaptive::{Adaptive, AdaptiveGains, AdaptiveObserver};
 pub use neural_linear_surface::{LinearSurface, NeuralLinearSurface};
 pub use neural_surface::{NeuralSurfaceObserver, Published, Surface, Tuning};
 pub use neural_terminal_surface::{NeuralTerminalSurface, TerminalSurface};
 pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
+pub use three_layer_neural::{ThreeLayerNeural, ThreeLayerObserver};
 
 use formation::wiring::Kind;
 
@@ -22,8 +27,13 @@ pub const KINDS: &[Kind] = &[
         "neural_terminal_surface",
         "neural observer with a terminal sliding surface for vehicles of order 2 (6.9), (6.13), (6.16), (6.17)",
     ),
+    Kind::of::<Adaptive>("adaptive", "linear adaptive observer for vehicles of order 1 or 2 (5.39) to (5.41)"),
     Kind::of::<SlidingNeural>(
         "sliding_neural",
         "sliding mode observer with a linear-in-the-state network for vehicles of order 2 (7.19) to (7.23)",
+    ),
+    Kind::of::<ThreeLayerNeural>(
+        "three_layer_neural",
+        "observer with a three-layer network for vehicles of order 1 (5.6), (5.20), (5.21)",
     ),
 ];

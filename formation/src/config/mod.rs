@@ -8,9 +8,11 @@
 //!    mistake, but collects [`Problems`] that name file, line and column, the field, what was expected and the nearest
 //!    valid name.
 //!
-//! [`Node::to_toml`] writes the effective scenario back, and [`PerAgent`] is a field that differs between agents.
+//! [`Node::to_toml`] writes the effective scenario back, [`PerAgent`] is a field that differs between agents, and
+//! [`Diagonal`] one that differs between channels.
 
 mod access;
+mod diagonal;
 mod nearest;
 mod node;
 mod overlay;
@@ -28,6 +30,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+pub use diagonal::Diagonal;
 pub use nearest::nearest;
 pub use node::{Node, Value};
 pub use per_agent::PerAgent;

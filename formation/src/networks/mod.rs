@@ -3,7 +3,9 @@
 mod initial_weights;
 mod output_layer;
 mod tanh;
+mod three_layer;
 
 pub use initial_weights::InitialWeights;
 pub use output_layer::{Leak, OutputLayer};
 pub use tanh::tanh_of_state;
+pub use three_layer::{HiddenRate, ThreeLayer, ThreeLayerRates};

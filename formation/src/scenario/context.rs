@@ -116,6 +116,15 @@ impl Context {
         Some(context)
     }
 
+    /// The number that `rule` gives each agent, in order.
+    ///
+    /// # Errors
+    /// See [`PerAgent::resolve`].
+    pub fn resolve(&self, rule: &PerAgent) -> Result<Vec<f64>, String> {
+        let ids: Vec<u32> = self.agents.iter().map(|agent| agent.id).collect();
+        rule.resolve(self.agents.len(), &ids)
+    }
+
     /// Value of a name that does not vary during a run, for the formulas of one agent.
     fn constant(&self, agent: &Agent, name: &str) -> Option<f64> {
         match name {

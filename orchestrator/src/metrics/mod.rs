@@ -1,9 +1,12 @@
 //! What is computed from a log: one file per scheme, a set of metrics each.
 
+mod cida;
+mod compensated;
 mod history;
 mod lp_regulation;
 mod mixed;
 mod run;
+mod speed_formation;
 mod uav;
 
 pub use history::{
@@ -39,6 +42,8 @@ pub struct MetricSet {
 /// All sets of metrics.
 pub const SETS: &[MetricSet] = &[
     MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
+    MetricSet { name: "cida", compute: cida::compute },
+    MetricSet { name: "compensated", compute: compensated::compute },
     MetricSet { name: "mixed", compute: mixed::compute },
     MetricSet { name: "uav", compute: uav::compute },
 ];

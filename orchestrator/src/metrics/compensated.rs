@@ -1,0 +1,46 @@
+//! Metrics of the scenario with the saturation compensator. (specification ch5-compensated, section 11)
+
+use formation::wiring::Role;
+
+use super::speed_formation::SpeedFormation;
+use super::{Metric, MetricError, Run, maximum, maximum_from, norm, norm_between};
+
+/// Level below which every ‖Ẽ_i‖ has to settle; the bound of the thesis.
+const UNCERTAINTY_LEVEL: f64 = 2.1e-3;
+/// Level below which ‖e‖ has to settle.
+const ERROR_LEVEL: f64 = 0.05;
+/// End of the span in which oscillations count, s.
+const TRANSIENT: f64 = 30.0;
+
+pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let formation = SpeedFormation::read(run, Role::Observer, "disturbance")?;
+    let position = run.signals(Role::Plant, "position")?;
+    let estimated = run.signals(Role::Observer, "position")?;
+    let auxiliary = run.signals(Role::Controller, "xi")?;
+    let largest = |of: &dyn Fn(usize, usize) -> f64| run.history(|k| maximum((0..run.agents()).map(|i| of(i, k))));
+    let quarter = run.last_quarter();
+    let uncertainty = largest(&|i, k| formation.uncertainty_error(i, k));
+    let observation = largest(&|i, k| norm_between(position[i].row(k), estimated[i].row(k)));
+    let error = formation.stacked_error();
+    let mut metrics = vec![
+        Metric::new("b_Ẽ", maximum_from(&uncertainty, quarter)),
+        Metric::new("t_Ẽ", formation.settled(&uncertainty, UNCERTAINTY_LEVEL)),
+        Metric::new("b_x̃", maximum_from(&observation, quarter)),
+        Metric::new("b_ex", maximum_from(&error, quarter)),
+        Metric::new("b_δ", maximum_from(&formation.stacked_tracking_error(), quarter)),
+        Metric::new("t_ex", formation.settled(&error, ERROR_LEVEL)),
+        Metric::new("sat_end", saturation_end(run)?),
+        Metric::new("b_ξ", maximum_from(&largest(&|i, k| norm(auxiliary[i].row(k))), quarter)),
+        Metric::new("max_u", formation.largest_input()),
+    ];
+    metrics.extend(formation.oscillations(TRANSIENT));
+    Ok(metrics)
+}
+
+/// The last instant at which a wheel is asked for more than the actuators have, s; NaN if there is none.
+fn saturation_end(run: &Run) -> Result<f64, MetricError> {
+    let nominal = run.signals(Role::Controller, "nominal")?;
+    let limit = run.scenario.context.input_limit.unwrap_or(f64::INFINITY);
+    let saturated = |k: usize| nominal.iter().any(|series| series.row(k).iter().any(|input| input.abs() > limit));
+    Ok((0..run.samples()).rev().find(|&k| saturated(k)).map_or(f64::NAN, |k| run.time(k)))
+}
