@@ -16,6 +16,12 @@ pub(super) enum Coordinates {
     Each(Vec<f64>),
 }
 
+impl Default for Coordinates {
+    fn default() -> Self {
+        Self::Each(Vec::new())
+    }
+}
+
 impl Coordinates {
     /// The values of `length` coordinates; a list is returned as it is, whatever its length.
     pub(super) fn values(&self, length: usize) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Context;
+use crate::math::Topology;
 
 /// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range. (4.5)
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -56,15 +56,14 @@ pub struct AdjacencyRow {
 }
 
 impl AdjacencyRow {
-    /// The row of `agent` (from 0).
-    pub fn new(context: &Context, agent: usize) -> Self {
-        let Context { topology, proximity, .. } = context;
+    /// The row of `agent` (from 0) of a graph with these static links, and links by distance if there are any.
+    pub fn new(topology: &Topology, proximity: Option<Proximity>, agent: usize) -> Self {
         let fixed: Vec<f64> = (0..topology.size()).map(|other| topology.a(agent, other)).collect();
         let heard = match proximity {
             Some(_) => (0..topology.size()).filter(|&other| other != agent).collect(),
             None => topology.neighbours(agent).to_vec(),
         };
-        Self { weights: fixed.clone(), fixed, heard, proximity: *proximity }
+        Self { weights: fixed.clone(), fixed, heard, proximity }
     }
 
     /// The agents whose signals may matter, ascending: all others if links depend on the distance, else the in-neighbours.

@@ -1,6 +1,7 @@
 //! What is computed from a log: one file per scheme, a set of metrics each.
 
 mod history;
+mod limited_information;
 mod mixed;
 mod run;
 mod uav;
@@ -36,5 +37,8 @@ pub struct MetricSet {
 }
 
 /// All sets of metrics.
-pub const SETS: &[MetricSet] =
-    &[MetricSet { name: "mixed", compute: mixed::compute }, MetricSet { name: "uav", compute: uav::compute }];
+pub const SETS: &[MetricSet] = &[
+    MetricSet { name: "limited-information", compute: limited_information::compute },
+    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "uav", compute: uav::compute },
+];
