@@ -6,6 +6,7 @@ mod consensus;
 mod hierarchical_neural;
 mod hierarchical_uav;
 mod input_distribution;
+mod limited_information;
 mod local_error;
 mod neural_formation;
 mod observer_formation;
@@ -21,6 +22,7 @@ pub use consensus::Consensus;
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
 pub use input_distribution::consensus_share;
+pub use limited_information::{LimitedInformation, LimitedInformationController, Motion};
 pub use neural_formation::{NeuralFormation, NeuralFormationController, NeuralFormationSettings};
 pub use observer_formation::{
     Distribution, ObserverFormation, ObserverFormationController, ObserverFormationLimits, WholeLimit,
@@ -41,6 +43,10 @@ pub const KINDS: &[Kind] = &[
         "observer feedback with a compensator of the saturation, for wheel speeds (section 5.4)",
     ),
     Kind::of::<Consensus>("consensus", "linear consensus tracking of planar robots, the example of the documentation"),
+    Kind::of::<LimitedInformation>(
+        "limited_information",
+        "sliding mode formation control from estimated velocities, with repulsion between robots (4.28), (4.31)",
+    ),
     Kind::of::<HierarchicalNeural>(
         "hierarchical_neural",
         "a robot of order 1 or 2 tracks its reference; a network cancels the disturbance (7.59) to (7.65)",

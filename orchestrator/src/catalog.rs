@@ -32,4 +32,5 @@ macro_rules! shipped {
 }
 
 /// The scenarios of the thesis, in order of its chapters.
-pub const SCENARIOS: &[Shipped] = shipped!["cida", "compensated", "lp-regulation", "uav", "mixed"];
+pub const SCENARIOS: &[Shipped] =
+    shipped!["limited-information", "cida", "compensated", "lp-regulation", "uav", "mixed"];

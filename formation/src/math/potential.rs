@@ -1,4 +1,4 @@
-//! Repulsive potential fields around discs. (3.12), (4.24)
+//! Repulsive potential fields around discs. (3.12), (4.9)
 
 use nalgebra::Vector2;
 

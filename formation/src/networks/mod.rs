@@ -2,10 +2,12 @@
 
 mod initial_weights;
 mod output_layer;
+mod rbf;
 mod tanh;
 mod three_layer;
 
 pub use initial_weights::InitialWeights;
 pub use output_layer::{Leak, OutputLayer};
+pub use rbf::{RadialBasis, RadialNetwork};
 pub use tanh::tanh_of_state;
 pub use three_layer::{HiddenRate, ThreeLayer, ThreeLayerRates};

@@ -11,6 +11,16 @@ pub enum Leak {
     ByError(f64),
 }
 
+impl Leak {
+    /// The factor of Ŵ at this error.
+    pub(super) fn strength<const D: usize>(&self, error: &SVector<f64, D>) -> f64 {
+        match self {
+            Leak::Constant(eta2) => *eta2,
+            Leak::ByError(eta2) => eta2 * error.norm(),
+        }
+    }
+}
+
 /// Weights from `P` regressors to `D` outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputLayer<const P: usize, const D: usize> {
@@ -37,11 +47,7 @@ impl<const P: usize, const D: usize> OutputLayer<P, D> {
 
     /// One explicit Euler step of `dt` seconds of the tuning law, driven by `error`.
     pub fn learn(&mut self, dt: f64, rate: f64, regressor: &SVector<f64, P>, error: &SVector<f64, D>, leak: Leak) {
-        let pull = match leak {
-            Leak::Constant(eta2) => eta2,
-            Leak::ByError(eta2) => eta2 * error.norm(),
-        };
-        self.weights += dt * (rate * regressor * error.transpose() - pull * self.weights);
+        self.weights += dt * (rate * regressor * error.transpose() - leak.strength(error) * self.weights);
     }
 }
 

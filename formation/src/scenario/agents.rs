@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::coordinates::Coordinates;
 use crate::config::{Node, Problems, read};
 use crate::vehicle::{Drive, Omni, Quadcopter, Vehicle};
 
@@ -50,10 +51,10 @@ enum VehicleKind {
 #[serde(deny_unknown_fields)]
 struct Row {
     id: Option<u32>,
-    position: Vec<f64>,
-    velocity: Option<Vec<f64>>,
-    estimate: Option<Vec<f64>>,
-    estimate_velocity: Option<Vec<f64>>,
+    position: Coordinates,
+    velocity: Option<Coordinates>,
+    estimate: Option<Coordinates>,
+    estimate_velocity: Option<Coordinates>,
     order: Option<u32>,
     m: Option<f64>,
     #[serde(rename = "R")]
@@ -113,12 +114,12 @@ impl RowReader<'_> {
         let nominal = self.nominal(&vehicle);
         let length = vehicle.coordinates();
         let position = self.values("position", Some(&self.row.position), length);
-        let velocity = self.values("velocity", self.row.velocity.as_deref(), length);
-        let estimate = match self.row.estimate.as_deref() {
+        let velocity = self.values("velocity", self.row.velocity.as_ref(), length);
+        let estimate = match &self.row.estimate {
             Some(values) => self.values("estimate", Some(values), length),
             None => position.clone(),
         };
-        let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_deref(), length);
+        let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_ref(), length);
         let id = self.row.id.unwrap_or(number);
         Agent { number, id, vehicle, nominal, position, velocity, estimate, estimate_velocity }
     }
@@ -192,8 +193,8 @@ impl RowReader<'_> {
     }
 
     /// Values of all coordinates. Fewer than there are mean that the rest (a quadcopter's angles) is 0.
-    fn values(&mut self, field: &str, values: Option<&[f64]>, length: usize) -> Vec<f64> {
-        let mut values = values.unwrap_or_default().to_vec();
+    fn values(&mut self, field: &str, values: Option<&Coordinates>, length: usize) -> Vec<f64> {
+        let mut values = values.map(|values| values.values(length)).unwrap_or_default();
         let accepted =
             values.is_empty() && field != "position" || values.len() == length || length == 6 && values.len() == 3;
         if !accepted {

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
-use super::{Agent, Timing};
+use super::{Agent, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;
@@ -18,7 +18,7 @@ pub struct Context {
     pub agents: Vec<Agent>,
     /// Who receives from whom.
     pub topology: Topology,
-    /// Links that appear when agents come close, if the scenario has any.
+    /// Links that appear when agents come close; `None` if the scenario has none or has switched them off.
     pub proximity: Option<Proximity>,
     /// The clock.
     pub timing: Timing,
@@ -41,28 +41,6 @@ pub struct Disturbance {
     pub matched: Vec<Formula>,
     /// Added to the velocity of a vehicle of order 2. Empty if there is none.
     pub mismatched: Vec<Formula>,
-}
-
-/// A link between agents that are close to each other: `a2(z) = f_max / (1 + exp(f_slope (z - f_mid)))`. (4.2)
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Proximity {
-    /// Range of communication, m.
-    #[serde(rename = "Rc")]
-    pub range: f64,
-    /// Largest weight.
-    pub f_max: f64,
-    /// Steepness, 1/m.
-    pub f_slope: f64,
-    /// Distance of half the weight, m.
-    pub f_mid: f64,
-}
-
-impl Proximity {
-    /// Weight of the link between agents at distance `z`, in m.
-    pub fn weight(&self, z: f64) -> f64 {
-        if z <= self.range { self.f_max / (1.0 + libm::exp(self.f_slope * (z - self.f_mid))) } else { 0.0 }
-    }
 }
 
 #[derive(Deserialize)]
@@ -211,7 +189,10 @@ fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Top
             Err(message) => _ = problems.at(root, "topology.b", message),
         }
         rows = section.adjacency.unwrap_or(rows);
-        proximity = section.proximity;
+        for (field, message) in section.proximity.iter().flat_map(Proximity::findings) {
+            problems.at(root, &format!("topology.proximity.{field}"), message);
+        }
+        proximity = section.proximity.filter(|proximity| proximity.enabled);
     }
     if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
         problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));

@@ -5,14 +5,17 @@
 
 mod agents;
 mod context;
+mod coordinates;
 mod expectation;
 mod formulas;
 mod load;
 mod overrides;
+mod proximity;
 mod timing;
 
 pub use agents::Agent;
-pub use context::{Context, Disturbance, Proximity};
+pub use context::{Context, Disturbance};
 pub use expectation::Expectation;
 pub use load::{Scenario, Selection};
+pub use proximity::{AdjacencyRow, Proximity};
 pub use timing::Timing;

@@ -16,6 +16,9 @@ const ALIASES: &[(&str, &str)] = &[
     ("A1", "topology.A"),
 ];
 
+/// More than these are taken for a mistake.
+const MOST_AGENTS: usize = 1000;
+
 /// An override `PATH=VALUE` as the user wrote it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Override<'a> {
@@ -39,31 +42,51 @@ impl<'a> Override<'a> {
     }
 }
 
+/// What the overrides together decide about the agents.
+#[derive(Clone, Copy)]
+struct Given {
+    /// Who receives from whom.
+    adjacency: bool,
+    /// How many there are.
+    count: bool,
+}
+
 /// Applies all overrides to the tree: first those that change the number of agents, then the rest in their order.
 pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), Problem> {
-    let adjacency_given = overrides.iter().any(|o| ["A", "A1", "topology.A"].contains(&o.path));
+    let any_of = |names: &[&str]| overrides.iter().any(|o| names.contains(&o.path));
+    let given = Given { adjacency: any_of(&["A", "A1", "topology.A"]), count: any_of(&["agents", "N", "x0"]) };
     let rank = |o: &Override| match o.path {
         "agents" => 0,
-        "x0" => 1,
-        _ => 2,
+        "N" => 1,
+        "x0" => 2,
+        _ => 3,
     };
     let mut ordered: Vec<&Override> = overrides.iter().collect();
     ordered.sort_by_key(|o| rank(o));
     for o in ordered {
-        apply_one(root, o, adjacency_given)?;
+        apply_one(root, o, given)?;
     }
-    Ok(())
+    // Whatever else changed the number of agents: who says how many there are has the last word.
+    match overrides.iter().rev().find(|o| o.path == "N") {
+        Some(o) if agents_len(root) != count_of(o)? => {
+            Err(problem(o, format!("the other overrides make {} agents", agents_len(root))))
+        }
+        _ => Ok(()),
+    }
 }
 
-fn apply_one(root: &mut Node, o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+fn apply_one(root: &mut Node, o: &Override, given: Given) -> Result<(), Problem> {
     if o.path == "agents"
         && let Some(rows) = selected_rows(o.value)
     {
-        return select_agents(root, &rows, o, adjacency_given);
+        return select_agents(root, &rows, o, given);
+    }
+    if o.path == "N" {
+        return resize(root, o, given);
     }
     let path = resolve(root, o)?;
     match path.strip_prefix("agents.*.") {
-        Some(field) => set_column(root, field, o, adjacency_given),
+        Some(field) => set_column(root, field, o, given),
         None => root.set(&path, o.value, &format!("--set {}", o.text)),
     }
 }
@@ -98,8 +121,38 @@ fn selected_rows(value: &str) -> Option<Vec<usize>> {
     numbers.filter(|numbers| !numbers.is_empty())
 }
 
+/// How many agents `N=...` asks for.
+fn count_of(o: &Override) -> Result<usize, Problem> {
+    let count = o.value.parse::<usize>().ok().filter(|count| (1..=MOST_AGENTS).contains(count));
+    count.ok_or_else(|| problem(o, format!("expected a number of agents from 1 to {MOST_AGENTS}, found {}", o.value)))
+}
+
+/// Makes it `N` agents: the first ones, or all and copies of them.
+fn resize(root: &mut Node, o: &Override, given: Given) -> Result<(), Problem> {
+    let (before, count) = (agents_len(root), count_of(o)?);
+    if count < before {
+        let rows: Vec<usize> = (1..=count).collect();
+        return select_agents(root, &rows, o, given);
+    }
+    if let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut).filter(|agents| !agents.is_empty()) {
+        repeat_rows(agents, count);
+    }
+    if count != before && !given.adjacency {
+        fit_topology(root, count);
+    }
+    Ok(())
+}
+
+/// More agents, alike the ones that there are, in their order.
+fn repeat_rows(agents: &mut Vec<Node>, count: usize) {
+    let before = agents.len();
+    for k in before..count {
+        agents.push(agents[k % before].clone());
+    }
+}
+
 /// Keeps the listed rows of the table of agents, with their numbers as `id`, and the links among them.
-fn select_agents(root: &mut Node, rows: &[usize], o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) -> Result<(), Problem> {
     let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut) else {
         return Err(problem(o, "this scenario has no table of agents".into()));
     };
@@ -118,7 +171,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, adjacency_given:
         chosen.push(node);
     }
     *agents = chosen;
-    if adjacency_given {
+    if given.adjacency {
         return Ok(());
     }
     let pick = |nodes: &mut Vec<Node>| {
@@ -137,7 +190,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, adjacency_given:
 }
 
 /// Sets one field of every agent: from a list, an entry each; from one value, the same for all.
-fn set_column(root: &mut Node, field: &str, o: &Override, adjacency_given: bool) -> Result<(), Problem> {
+fn set_column(root: &mut Node, field: &str, o: &Override, given: Given) -> Result<(), Problem> {
     let value = Node::parse_value(o.value, &format!("--set {}", o.text));
     let per_agent_length = usize::from(matches!(field, "position" | "velocity" | "estimate" | "estimate_velocity"));
     let depth = value.as_array().map_or(0, |items| 1 + usize::from(items.iter().any(|item| item.as_array().is_some())));
@@ -149,21 +202,19 @@ fn set_column(root: &mut Node, field: &str, o: &Override, adjacency_given: bool)
         _ => vec![value.clone(); agents.len()],
     };
     let before = agents.len();
-    if values.is_empty() || values.len() < before && field != "position" {
+    let too_many = given.count && values.len() > before;
+    if values.is_empty() || field != "position" && (values.len() < before || too_many) {
         return Err(problem(o, format!("expected {before} values, one per agent, found {}", values.len())));
     }
-    // More values than agents mean more agents, alike the ones that there are; initial positions alone mean fewer.
-    for k in before..values.len() {
-        let row = agents[k % before].clone();
-        agents.push(row);
-    }
+    // More values than agents mean more agents; initial positions alone mean fewer.
+    repeat_rows(agents, values.len());
     agents.truncate(values.len());
     for (agent, value) in agents.iter_mut().zip(values) {
         if let Some(table) = agent.as_table_mut() {
             table.insert(field, value);
         }
     }
-    if agents.len() != before && !adjacency_given {
+    if agents.len() != before && !given.adjacency {
         fit_topology(root, agents_len(root));
     }
     Ok(())

@@ -3,6 +3,7 @@
 mod cida;
 mod compensated;
 mod history;
+mod limited_information;
 mod lp_regulation;
 mod mixed;
 mod run;
@@ -44,6 +45,7 @@ pub const SETS: &[MetricSet] = &[
     MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
     MetricSet { name: "cida", compute: cida::compute },
     MetricSet { name: "compensated", compute: compensated::compute },
+    MetricSet { name: "limited-information", compute: limited_information::compute },
     MetricSet { name: "mixed", compute: mixed::compute },
     MetricSet { name: "uav", compute: uav::compute },
 ];

@@ -1,0 +1,126 @@
+//! Links that come and go with the distance between agents.
+
+use serde::Deserialize;
+
+use crate::math::Topology;
+
+/// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range. (4.5)
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Proximity {
+    /// Whether there are such links; without them the graph is the static one.
+    #[serde(default = "on")]
+    pub enabled: bool,
+    /// Range of communication, m.
+    #[serde(rename = "Rc")]
+    pub range: f64,
+    /// Weight of two agents in one place, nearly.
+    pub f_max: f64,
+    /// Steepness, 1/m.
+    pub f_slope: f64,
+    /// Distance of half that weight, m.
+    pub f_mid: f64,
+}
+
+fn on() -> bool {
+    true
+}
+
+impl Proximity {
+    /// Weight of the link between agents at distance `z`, in m.
+    pub fn weight(&self, z: f64) -> f64 {
+        if z <= self.range { self.f_max / (1.0 + libm::exp(self.f_slope * (z - self.f_mid))) } else { 0.0 }
+    }
+
+    /// What is wrong with these numbers: field and message.
+    pub(super) fn findings(&self) -> Vec<(&'static str, String)> {
+        let demands = [
+            ("Rc", self.range, self.range > 0.0, "a range > 0 m"),
+            ("f_max", self.f_max, self.f_max >= 0.0, "a weight >= 0"),
+            ("f_slope", self.f_slope, true, "a finite number"),
+            ("f_mid", self.f_mid, true, "a finite number"),
+        ];
+        let wrong = demands.into_iter().filter(|(_, value, admissible, _)| !(value.is_finite() && *admissible));
+        wrong.map(|(field, value, _, expected)| (field, format!("expected {expected}, found {value}"))).collect()
+    }
+}
+
+/// The row of one agent in the adjacency matrix of this instant: static weights, and links to those who are near.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdjacencyRow {
+    fixed: Vec<f64>,
+    heard: Vec<usize>,
+    proximity: Option<Proximity>,
+    /// a_ij, one value per agent; 0 for the agent itself.
+    pub weights: Vec<f64>,
+}
+
+impl AdjacencyRow {
+    /// The row of `agent` (from 0) of a graph with these static links, and links by distance if there are any.
+    pub fn new(topology: &Topology, proximity: Option<Proximity>, agent: usize) -> Self {
+        let fixed: Vec<f64> = (0..topology.size()).map(|other| topology.a(agent, other)).collect();
+        let heard = match proximity {
+            Some(_) => (0..topology.size()).filter(|&other| other != agent).collect(),
+            None => topology.neighbours(agent).to_vec(),
+        };
+        Self { weights: fixed.clone(), fixed, heard, proximity }
+    }
+
+    /// The agents whose signals may matter, ascending: all others if links depend on the distance, else the in-neighbours.
+    pub fn heard(&self) -> &[usize] {
+        &self.heard
+    }
+
+    /// Sets a_ij for an agent `other` that is heard, at `distance` (m), and returns it. A static link stays as it is. (4.5)
+    pub fn update(&mut self, other: usize, distance: f64) -> f64 {
+        self.weights[other] = match &self.proximity {
+            Some(proximity) if self.fixed[other] == 0.0 => proximity.weight(distance),
+            _ => self.fixed[other],
+        };
+        self.weights[other]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PROXIMITY: Proximity = Proximity { enabled: true, range: 1.5, f_max: 0.2, f_slope: 14.0, f_mid: 1.1 };
+
+    fn row(proximity: Option<Proximity>) -> AdjacencyRow {
+        let heard = if proximity.is_some() { vec![1, 2] } else { vec![2] };
+        AdjacencyRow { fixed: vec![0.0, 0.0, 1.0], weights: vec![0.0, 0.0, 1.0], heard, proximity }
+    }
+
+    proptest! {
+        #[test]
+        fn weights_fall_with_the_distance_and_end_at_the_range(z in 0.0..3.0f64, step in 0.0..0.5f64) {
+            prop_assert!(PROXIMITY.weight(z + step) <= PROXIMITY.weight(z));
+            prop_assert!((0.0..=0.2).contains(&PROXIMITY.weight(z)));
+            prop_assert_eq!(PROXIMITY.weight(z) > 0.0, z <= 1.5);
+        }
+
+        #[test]
+        fn a_static_link_does_not_feel_the_distance(z in 0.0..3.0f64) {
+            prop_assert_eq!(row(Some(PROXIMITY)).update(2, z), 1.0);
+            prop_assert_eq!(row(None).update(2, z), 1.0);
+        }
+    }
+
+    #[test]
+    fn half_at_the_middle_and_a_small_jump_at_the_range() {
+        assert_eq!(PROXIMITY.weight(1.1), 0.1);
+        assert!((PROXIMITY.weight(1.5) - 7.3685e-4).abs() < 1e-8);
+        let mut row = row(Some(PROXIMITY));
+        assert_eq!([row.update(1, 1.1), row.weights[1], row.update(1, 1.6), row.weights[1]], [0.1, 0.1, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn inadmissible_numbers_are_named() {
+        assert!(PROXIMITY.findings().is_empty());
+        let wrong = Proximity { range: -1.0, f_mid: f64::NAN, ..PROXIMITY };
+        let fields: Vec<&str> = wrong.findings().into_iter().map(|(field, _)| field).collect();
+        assert_eq!(fields, ["Rc", "f_mid"]);
+    }
+}
