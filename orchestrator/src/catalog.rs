@@ -32,4 +32,4 @@ macro_rules! shipped {
 }
 
 /// The scenarios of the thesis, in order of its chapters.
-pub const SCENARIOS: &[Shipped] = shipped!["uav"];
+pub const SCENARIOS: &[Shipped] = shipped!["rca", "uav"];

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
-use super::{Agent, Timing};
+use super::{Agent, Obstacles, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;
@@ -32,6 +32,8 @@ pub struct Context {
     pub reference: Vec<Vec<Formula>>,
     /// For each agent, what disturbs it.
     pub disturbance: Vec<Disturbance>,
+    /// What the agents must not run into, if there is anything.
+    pub obstacles: Option<Obstacles>,
 }
 
 /// The disturbance of an agent: formulas over the slots t, coordinates, velocities.
@@ -110,10 +112,20 @@ impl Context {
             parameters,
             reference: Vec::new(),
             disturbance: Vec::new(),
+            obstacles: Obstacles::read(root, problems),
         };
         context.compile_reference(root, problems);
         context.compile_disturbance(root, problems);
         Some(context)
+    }
+
+    /// The number that `rule` gives each agent, in order.
+    ///
+    /// # Errors
+    /// See [`PerAgent::resolve`].
+    pub fn resolve(&self, rule: &PerAgent) -> Result<Vec<f64>, String> {
+        let ids: Vec<u32> = self.agents.iter().map(|agent| agent.id).collect();
+        rule.resolve(self.agents.len(), &ids)
     }
 
     /// Value of a name that does not vary during a run, for the formulas of one agent.

@@ -8,6 +8,7 @@ mod context;
 mod expectation;
 mod formulas;
 mod load;
+mod obstacles;
 mod overrides;
 mod timing;
 
@@ -15,4 +16,5 @@ pub use agents::Agent;
 pub use context::{Context, Disturbance, Proximity};
 pub use expectation::Expectation;
 pub use load::{Scenario, Selection};
+pub use obstacles::{Boundary, Obstacles};
 pub use timing::Timing;

@@ -4,7 +4,7 @@ use lockstep::{Field, Participant};
 use serde::de::DeserializeOwned;
 
 use super::{Bind, Refusal};
-use crate::config::{Node, Problems, read};
+use crate::config::{Node, PerAgent, Problems, read};
 use crate::scenario::Context;
 
 /// The parameters of a component, read from its section of the scenario.
@@ -68,6 +68,17 @@ impl Checks {
     pub fn positive(self, field: &str, value: f64) -> Self {
         let admissible = value.is_finite() && value > 0.0;
         self.require(admissible, field, format!("expected a number > 0, found {value}"))
+    }
+
+    /// `rule` must give every agent a positive number.
+    pub fn positive_each(self, field: &str, rule: &PerAgent, context: &Context) -> Self {
+        match context.resolve(rule) {
+            Ok(values) => match values.into_iter().find(|value| !(value.is_finite() && *value > 0.0)) {
+                Some(value) => self.positive(field, value),
+                None => self,
+            },
+            Err(message) => self.require(false, field, message),
+        }
     }
 
     /// `value` must be a number >= 0.

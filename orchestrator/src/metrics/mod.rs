@@ -1,11 +1,13 @@
 //! What is computed from a log: one file per scheme, a set of metrics each.
 
 mod history;
+mod rca;
 mod run;
 mod uav;
 
 pub use history::{
-    first_below_for_good, maximum, maximum_from, median, norm, norm_between, square_sum, total_variation,
+    edges, first_below_for_good, maximum, maximum_from, median, norm, norm_between, one_norm_between, square_sum,
+    total_variation,
 };
 pub use run::{MetricError, Run};
 
@@ -35,4 +37,5 @@ pub struct MetricSet {
 }
 
 /// All sets of metrics.
-pub const SETS: &[MetricSet] = &[MetricSet { name: "uav", compute: uav::compute }];
+pub const SETS: &[MetricSet] =
+    &[MetricSet { name: "rca", compute: rca::compute }, MetricSet { name: "uav", compute: uav::compute }];
