@@ -21,7 +21,7 @@ struct Golden {
 const RCABSMC: &[Golden] = &[
     Golden {
         time: 0.0,
-        position: [0.0, 0.8, 0.523598776], velocity: [0.0, 0.0, 0.0],
+        position: [0.0, 0.8, std::f64::consts::FRAC_PI_6], velocity: [0.0, 0.0, 0.0],
         input: [29.511685, -40.4293056, 11.2448698],
         mismatched: [0.0, 0.0, 0.0], disturbance: [0.0, 0.0, 0.0],
     },

@@ -69,7 +69,7 @@ impl Obstacles {
             require(finite, "p_obs", format!("expected finite coordinates, found {centre:?} for obstacle {}", k + 1));
         }
         let (centres, radii) = (self.centres.len(), self.radii.len());
-        let message = format!("expected {centres} radii, one for each centre in `p_obs`, found {radii}");
+        let message = format!("expected one radius per centre in `p_obs`, that is {centres}, found {radii}");
         require(centres == radii, "r_obs", message);
         for radius in &self.radii {
             require(radius.is_finite() && *radius > 0.0, "r_obs", format!("expected radii > 0 m, found {radius}"));
