@@ -134,6 +134,32 @@ impl VirtualLayer {
     }
 }
 
+impl SaturatedVirtualAgents {
+    pub(crate) fn gains(&self) -> VirtualLayerGains {
+        VirtualLayerGains {
+            c: self.c_bar,
+            lambda: self.lam_bar,
+            k: self.k_bar,
+            feedforward: 1.0,
+            error: Some(Projection::new(self.tau_e, self.psi_e)),
+            input: Some((Projection::new(self.tau_u, self.psi_u), self.UM)),
+        }
+    }
+}
+
+impl VirtualAgents {
+    pub(crate) fn gains(&self) -> VirtualLayerGains {
+        VirtualLayerGains {
+            c: self.c_bar,
+            lambda: self.lam_bar,
+            k: 1.0,
+            feedforward: self.feedforward,
+            error: None,
+            input: None,
+        }
+    }
+}
+
 impl Component for SaturatedVirtualAgents {
     fn check(&self, context: &Context) -> Checks {
         let bound = format!("tau_u + psi_u = {} exceeds the bound UM = {}", self.tau_u + self.psi_u, self.UM);
@@ -155,15 +181,7 @@ impl Component for SaturatedVirtualAgents {
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
-        let gains = VirtualLayerGains {
-            c: self.c_bar,
-            lambda: self.lam_bar,
-            k: self.k_bar,
-            feedforward: 1.0,
-            error: Some(Projection::new(self.tau_e, self.psi_e)),
-            input: Some((Projection::new(self.tau_u, self.psi_u), self.UM)),
-        };
-        Ok(Box::new(VirtualAgentsParticipant::new(gains, context, agents, bind)?))
+        Ok(Box::new(VirtualAgentsParticipant::new(self.gains(), context, agents, bind)?))
     }
 }
 
@@ -181,15 +199,7 @@ impl Component for VirtualAgents {
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
-        let gains = VirtualLayerGains {
-            c: self.c_bar,
-            lambda: self.lam_bar,
-            k: 1.0,
-            feedforward: self.feedforward,
-            error: None,
-            input: None,
-        };
-        Ok(Box::new(VirtualAgentsParticipant::new(gains, context, agents, bind)?))
+        Ok(Box::new(VirtualAgentsParticipant::new(self.gains(), context, agents, bind)?))
     }
 }
 

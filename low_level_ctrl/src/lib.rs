@@ -15,6 +15,7 @@ mod saturated_neural;
 mod saturated_nominal;
 mod sliding_feedback;
 mod speed_vehicle;
+mod sliding_avoidance;
 
 pub use attitude_reference::{Differentiation, DifferentiatorSettings, HeldSlope, SlopePair};
 pub use compensated_formation::{CompensatedFormation, CompensatedFormationController, CompensatedGains};
@@ -33,6 +34,7 @@ pub use saturated_nominal::{SaturatedNominal, SaturatedNominalController};
 pub use sliding_feedback::{Command, FormationErrors, SlidingFeedback};
 
 pub use local_error::LocalError;
+pub use sliding_avoidance::{AvoidanceSignals, SlidingAvoidance, SlidingAvoidanceController, SlidingAvoidanceGains};
 
 use formation::wiring::Kind;
 
@@ -71,5 +73,8 @@ pub const KINDS: &[Kind] = &[
     Kind::of::<ObserverFormation>(
         "observer_formation",
         "formation control with an observer, saturated or with input distribution, for wheel speeds (5.28)",
+    Kind::of::<SlidingAvoidance>(
+        "sliding_avoidance",
+        "sliding mode formation control with disturbance estimates and potential fields around obstacles (3.13)",
     ),
 ];

@@ -6,13 +6,21 @@ use formation::scenario::Context;
 use formation::wiring::{Bind, Refusal};
 use lockstep::{In, Io};
 
-/// The tracking error `δ = state - reference` of an agent and of its in-neighbours, for one pair of signals.
+/// The tracking error `δ = state - reference` of an agent and of its in-neighbours, for one pair of signals; or an estimate of
+/// theirs, which is treated alike.
 #[derive(Clone, Debug)]
 pub struct LocalError {
     agent: usize,
     topology: Topology,
-    own: (In<3>, In<3>),
-    others: Vec<(In<3>, In<3>)>,
+    own: Deviation,
+    others: Vec<Deviation>,
+}
+
+/// What one agent contributes.
+#[derive(Clone, Copy, Debug)]
+struct Deviation {
+    value: In<3>,
+    reference: Option<In<3>>,
 }
 
 impl LocalError {
@@ -21,24 +29,45 @@ impl LocalError {
     /// # Errors
     /// [`Refusal`] if one of them does not offer it.
     pub fn new(context: &Context, agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
-        let mut pair = |agent| Ok((bind.state::<3>(agent, name)?, bind.reference::<3>(agent, name)?));
-        let own = pair(agent)?;
-        let others = context.topology.neighbours(agent).iter().map(|&other| pair(other)).collect::<Result<_, _>>()?;
+        Self::bound(context, agent, |agent| {
+            Ok(Deviation { value: bind.state(agent, name)?, reference: Some(bind.reference(agent, name)?) })
+        })
+    }
+
+    /// Binds the estimate called `name` of `agent` and its in-neighbours, in the place of δ.
+    ///
+    /// # Errors
+    /// [`Refusal`] if one of their observers does not offer it.
+    pub fn of_estimates(context: &Context, agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
+        Self::bound(context, agent, |agent| Ok(Deviation { value: bind.estimate(agent, name)?, reference: None }))
+    }
+
+    fn bound(
+        context: &Context,
+        agent: usize,
+        mut deviation: impl FnMut(usize) -> Result<Deviation, Refusal>,
+    ) -> Result<Self, Refusal> {
+        let own = deviation(agent)?;
+        let others =
+            context.topology.neighbours(agent).iter().map(|&other| deviation(other)).collect::<Result<_, _>>()?;
         Ok(Self { agent, topology: context.topology.clone(), own, others })
     }
 
     /// δ of the agent itself.
     pub fn own(&self, io: &Io) -> Vector3<f64> {
-        difference(io, self.own)
+        self.own.read(io)
     }
 
     /// `e_i = Σ_j a_ij (δ_i - δ_j) + b_i δ_i`.
     pub fn local(&self, io: &Io) -> Vector3<f64> {
-        let others = self.others.iter().map(|pair| difference(io, *pair));
+        let others = self.others.iter().map(|deviation| deviation.read(io));
         self.topology.local_error(self.agent, &self.own(io), others)
     }
 }
 
-fn difference(io: &Io, (state, reference): (In<3>, In<3>)) -> Vector3<f64> {
-    Vector3::from(io.get(state)) - Vector3::from(io.get(reference))
+impl Deviation {
+    fn read(&self, io: &Io) -> Vector3<f64> {
+        let value = Vector3::from(io.get(self.value));
+        self.reference.map_or(value, |reference| value - Vector3::from(io.get(reference)))
+    }
 }

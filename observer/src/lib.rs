@@ -10,6 +10,7 @@ mod neural_terminal_surface;
 mod ofto;
 mod position_feedback;
 mod reference_rates;
+mod dual_disturbance;
 mod sliding_neural;
 mod three_layer_neural;
 
@@ -21,6 +22,7 @@ pub use neural_surface::{NeuralSurfaceObserver, Published, Surface, Tuning};
 pub use neural_terminal_surface::{NeuralTerminalSurface, TerminalSurface};
 pub use ofto::{Ofto, OftoObserver};
 pub use position_feedback::Interval;
+pub use dual_disturbance::{DualDisturbance, DualDisturbanceObserver};
 pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
 pub use three_layer_neural::{ThreeLayerNeural, ThreeLayerObserver};
 
@@ -44,6 +46,9 @@ pub const KINDS: &[Kind] = &[
     Kind::of::<Ofto>(
         "ofto",
         "finite-time observer of velocity and disturbance from positions, without a network (4.41)",
+    Kind::of::<DualDisturbance>(
+        "dual_disturbance",
+        "finite-time observers of the mismatched and the matched disturbance of a vehicle of order 2 (3.7)",
     ),
     Kind::of::<SlidingNeural>(
         "sliding_neural",

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
+use super::{Agent, Obstacles, Timing};
 use super::{Agent, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
@@ -32,6 +33,8 @@ pub struct Context {
     pub reference: Vec<Vec<Formula>>,
     /// For each agent, what disturbs it.
     pub disturbance: Vec<Disturbance>,
+    /// What the agents must not run into, if there is anything.
+    pub obstacles: Option<Obstacles>,
 }
 
 /// The disturbance of an agent: formulas over the slots t, coordinates, velocities.
@@ -88,6 +91,7 @@ impl Context {
             parameters,
             reference: Vec::new(),
             disturbance: Vec::new(),
+            obstacles: Obstacles::read(root, problems),
         };
         context.compile_reference(root, problems);
         context.compile_disturbance(root, problems);

@@ -57,6 +57,7 @@ const SECTIONS: &[&str] = &[
     "topology",
     "reference",
     "disturbance",
+    "obstacles",
     "plant",
     "planner",
     "observer",

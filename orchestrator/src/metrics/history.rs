@@ -15,6 +15,11 @@ pub fn norm_between(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
+/// Sum of the absolute values of `a - b`, over the shorter length.
+pub fn one_norm_between(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum()
+}
+
 /// Largest value; NaN if any value is NaN or there are none.
 pub fn maximum(values: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
@@ -57,6 +62,13 @@ pub fn total_variation(values: impl IntoIterator<Item = f64>) -> f64 {
     sum
 }
 
+/// Number of changes between successive states.
+pub fn edges(states: impl IntoIterator<Item = bool>) -> usize {
+    let mut states = states.into_iter();
+    let Some(mut before) = states.next() else { return 0 };
+    states.filter(|state| std::mem::replace(&mut before, *state) != *state).count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,5 +88,8 @@ mod tests {
         assert!(maximum([1.0, f64::NAN, 3.0]).is_nan());
         assert_eq!(maximum_from(&[9.0, 1.0, 2.0], 1), 2.0);
         assert_eq!(total_variation([1.0, 3.0, 2.5]), 2.5);
+        assert_eq!(one_norm_between(&[1.0, -2.0], &[0.5, 1.0]), 3.5);
+        assert_eq!(edges([false, true, true, false, true]), 3);
+        assert_eq!(edges([]), 0);
     }
 }

@@ -6,12 +6,14 @@ mod history;
 mod limited_information;
 mod lp_regulation;
 mod mixed;
+mod rca;
 mod run;
 mod speed_formation;
 mod uav;
 
 pub use history::{
-    first_below_for_good, maximum, maximum_from, median, norm, norm_between, square_sum, total_variation,
+    edges, first_below_for_good, maximum, maximum_from, median, norm, norm_between, one_norm_between, square_sum,
+    total_variation,
 };
 pub use run::{MetricError, Run};
 
@@ -49,3 +51,5 @@ pub const SETS: &[MetricSet] = &[
     MetricSet { name: "mixed", compute: mixed::compute },
     MetricSet { name: "uav", compute: uav::compute },
 ];
+pub const SETS: &[MetricSet] =
+    &[MetricSet { name: "rca", compute: rca::compute }, MetricSet { name: "uav", compute: uav::compute }];
