@@ -32,4 +32,4 @@ macro_rules! shipped {
 }
 
 /// The scenarios of the thesis, in order of its chapters.
-pub const SCENARIOS: &[Shipped] = shipped!["uav", "mixed"];
+pub const SCENARIOS: &[Shipped] = shipped!["dsm-ftdo", "dsm-cnn", "uav", "mixed"];

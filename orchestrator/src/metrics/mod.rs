@@ -1,5 +1,6 @@
 //! What is computed from a log: one file per scheme, a set of metrics each.
 
+mod dsm;
 mod history;
 mod mixed;
 mod run;
@@ -36,5 +37,8 @@ pub struct MetricSet {
 }
 
 /// All sets of metrics.
-pub const SETS: &[MetricSet] =
-    &[MetricSet { name: "mixed", compute: mixed::compute }, MetricSet { name: "uav", compute: uav::compute }];
+pub const SETS: &[MetricSet] = &[
+    MetricSet { name: "dsm", compute: dsm::compute },
+    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "uav", compute: uav::compute },
+];
