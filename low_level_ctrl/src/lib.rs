@@ -3,6 +3,10 @@
 mod attitude_reference;
 mod compensated_formation;
 mod consensus;
+mod dynamic_sliding;
+mod dynamic_sliding_chebyshev;
+mod dynamic_sliding_observer;
+mod dynamic_sliding_switching;
 mod hierarchical_neural;
 mod hierarchical_uav;
 mod input_distribution;
@@ -33,6 +37,14 @@ pub use saturated_neural::{SaturatedNeural, SaturatedNeuralController};
 pub use saturated_nominal::{SaturatedNominal, SaturatedNominalController};
 pub use sliding_feedback::{Command, FormationErrors, SlidingFeedback};
 
+pub use dynamic_sliding::{AccelerationSource, DynamicSlidingVariable, SlidingErrors};
+pub use dynamic_sliding_chebyshev::{
+    ChebyshevSignals, CompensatedInput, DynamicSlidingChebyshev, DynamicSlidingChebyshevController,
+};
+pub use dynamic_sliding_observer::{DynamicSlidingObserver, DynamicSlidingObserverController, DynamicSlidingSignals};
+pub use dynamic_sliding_switching::{DynamicSlidingSwitching, DynamicSlidingSwitchingController};
+pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
+pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
 pub use local_error::LocalError;
 pub use sliding_avoidance::{AvoidanceSignals, SlidingAvoidance, SlidingAvoidanceController, SlidingAvoidanceGains};
 
@@ -48,6 +60,17 @@ pub const KINDS: &[Kind] = &[
     Kind::of::<LimitedInformation>(
         "limited_information",
         "sliding mode formation control from estimated velocities, with repulsion between robots (4.28), (4.31)",
+    Kind::of::<DynamicSlidingObserver>(
+        "dynamic_sliding_observer",
+        "dynamic sliding mode that feeds back the estimates of a disturbance observer (2.15)",
+    ),
+    Kind::of::<DynamicSlidingChebyshev>(
+        "dynamic_sliding_chebyshev",
+        "dynamic sliding mode with a Chebyshev network and an inverse model of the actuators (2.22), (2.23)",
+    ),
+    Kind::of::<DynamicSlidingSwitching>(
+        "dynamic_sliding_switching",
+        "nominal dynamic sliding mode that switches between bounds of the uncertainty (2.10)",
     ),
     Kind::of::<HierarchicalNeural>(
         "hierarchical_neural",

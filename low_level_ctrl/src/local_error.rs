@@ -53,6 +53,16 @@ impl LocalError {
         Ok(Self { agent, topology: context.topology.clone(), own, others })
     }
 
+    /// The same for an agent that knows nothing of the others: its local error is its own.
+    ///
+    /// # Errors
+    /// See [`LocalError::new`].
+    pub fn alone(agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
+        let topology = Topology::new(&[vec![0.0]], vec![1.0]).map_err(Refusal)?;
+        let own = (bind.state::<3>(agent, name)?, bind.reference::<3>(agent, name)?);
+        Ok(Self { agent: 0, topology, own, others: Vec::new() })
+    }
+
     /// δ of the agent itself.
     pub fn own(&self, io: &Io) -> Vector3<f64> {
         self.own.read(io)

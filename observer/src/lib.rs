@@ -11,6 +11,7 @@ mod ofto;
 mod position_feedback;
 mod reference_rates;
 mod dual_disturbance;
+mod finite_time_disturbance;
 mod sliding_neural;
 mod three_layer_neural;
 
@@ -23,6 +24,7 @@ pub use neural_terminal_surface::{NeuralTerminalSurface, TerminalSurface};
 pub use ofto::{Ofto, OftoObserver};
 pub use position_feedback::Interval;
 pub use dual_disturbance::{DualDisturbance, DualDisturbanceObserver};
+pub use finite_time_disturbance::FiniteTimeDisturbance;
 pub use sliding_neural::{SlidingNeural, SlidingNeuralObserver};
 pub use three_layer_neural::{ThreeLayerNeural, ThreeLayerObserver};
 
@@ -49,6 +51,9 @@ pub const KINDS: &[Kind] = &[
     Kind::of::<DualDisturbance>(
         "dual_disturbance",
         "finite-time observers of the mismatched and the matched disturbance of a vehicle of order 2 (3.7)",
+    Kind::of::<FiniteTimeDisturbance>(
+        "finite_time_disturbance",
+        "finite-time observer of the uncertainty of a vehicle of order 2 and of its rate (2.11)",
     ),
     Kind::of::<SlidingNeural>(
         "sliding_neural",

@@ -1,7 +1,9 @@
 //! The vehicles of a run: integrates their dynamics under the commands of the controllers and publishes their states.
 
+mod actuators;
 mod vehicles;
 
+pub use actuators::Actuators;
 pub use vehicles::{Vehicles, VehiclesParticipant};
 
 use formation::wiring::Kind;

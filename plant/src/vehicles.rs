@@ -1,12 +1,14 @@
 //! Vehicles under held inputs, integrated by the classical Runge-Kutta method.
 
 use formation::formula::Formula;
-use formation::math::{Rk4, clip};
+use formation::math::Rk4;
 use formation::scenario::{Agent, Context};
-use formation::vehicle::{MAX_COORDINATES, MAX_INPUTS, Vehicle};
+use formation::vehicle::{MAX_COORDINATES, Vehicle};
 use formation::wiring::{Bind, Checks, Component, Refusal, Role};
 use lockstep::{Fault, Field, Io, Participant, Slice, Step, Timing};
 use serde::Deserialize;
+
+use crate::Actuators;
 
 /// Parameters of the plant.
 #[derive(Clone, Debug, Deserialize)]
@@ -15,6 +17,9 @@ pub struct Vehicles {
     /// Steps of the integrator within one step of the run.
     #[serde(default = "one")]
     pub substeps: u32,
+    /// Whether the acceleration at the end of each step, still under the command of that step, is published too.
+    #[serde(default)]
+    pub acceleration: bool,
 }
 
 fn one() -> u32 {
@@ -22,9 +27,14 @@ fn one() -> u32 {
 }
 
 impl Component for Vehicles {
-    fn check(&self, _: &Context) -> Checks {
+    fn check(&self, context: &Context) -> Checks {
         let found = format!("expected 1 to 1000 steps, found {}", self.substeps);
-        Checks::default().require((1..=1000).contains(&self.substeps), "substeps", found)
+        let accelerate = context.agents.iter().all(|agent| agent.vehicle.order() == 2);
+        Checks::default().require((1..=1000).contains(&self.substeps), "substeps", found).require(
+            accelerate || !self.acceleration,
+            "acceleration",
+            "vehicles of order 1 have no acceleration to publish",
+        )
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
@@ -41,11 +51,18 @@ impl Component for Vehicles {
         if !disturbance.mismatched.is_empty() {
             fields.push(Field::vector("mismatched", length, velocity));
         }
+        if context.actuator.is_some() {
+            let inputs = vehicle.inputs();
+            fields.extend([Field::vector("actuator", inputs, ""), Field::vector("memory", inputs, "")]);
+        }
+        if self.acceleration {
+            fields.push(Field::vector("acceleration", length, acceleration));
+        }
         fields
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
-        let bodies = agents.iter().map(|&agent| Body::new(context, agent, bind)).collect::<Result<_, _>>()?;
+        let bodies = agents.iter().map(|&agent| self.body(context, agent, bind)).collect::<Result<_, _>>()?;
         Ok(Box::new(VehiclesParticipant { bodies, substeps: self.substeps }))
     }
 }
@@ -91,6 +108,9 @@ struct Outputs {
     velocity: Option<Slice>,
     disturbance: Slice,
     mismatched: Option<Slice>,
+    /// Output and memory of the actuators.
+    actuators: Option<[Slice; 2]>,
+    acceleration: Option<Slice>,
 }
 
 /// What turns a state and an input into a time derivative.
@@ -98,14 +118,13 @@ struct Dynamics {
     vehicle: Vehicle,
     matched: Vec<Formula>,
     mismatched: Vec<Formula>,
-    input_limit: Option<f64>,
-    input: [f64; MAX_INPUTS],
+    actuators: Actuators,
     /// Arguments of the disturbance formulas: t, coordinates, velocities.
     arguments: Vec<f64>,
 }
 
-impl Body {
-    fn new(context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
+impl Vehicles {
+    fn body(&self, context: &Context, agent: usize, bind: &mut Bind) -> Result<Body, Refusal> {
         let Agent { vehicle, position, velocity, .. } = &context.agents[agent];
         let length = vehicle.coordinates();
         let mut state = position.clone();
@@ -114,10 +133,17 @@ impl Body {
         }
         let disturbance = &context.disturbance[agent];
         let command = bind.slice(Role::Controller, agent, "input", vehicle.inputs(), Timing::Delayed)?;
+        let mut actuator = |name| bind.slice_out(agent, name, vehicle.inputs());
+        let actuators = match context.actuator {
+            Some(_) => Some([actuator("actuator")?, actuator("memory")?]),
+            None => None,
+        };
         let mut optional = |present: bool, name| present.then(|| bind.slice_out(agent, name, length)).transpose();
         let outputs = Outputs {
             velocity: optional(vehicle.order() == 2, "velocity")?,
             mismatched: optional(!disturbance.mismatched.is_empty(), "mismatched")?,
+            acceleration: optional(self.acceleration, "acceleration")?,
+            actuators,
             position: bind.slice_out(agent, "position", length)?,
             disturbance: bind.slice_out(agent, "disturbance", length)?,
         };
@@ -125,19 +151,18 @@ impl Body {
             vehicle: vehicle.clone(),
             matched: disturbance.matched.clone(),
             mismatched: disturbance.mismatched.clone(),
-            input_limit: context.input_limit,
-            input: [0.0; MAX_INPUTS],
+            actuators: Actuators::new(context),
             arguments: vec![0.0; 1 + 2 * length],
         };
-        Ok(Self { integrator: Rk4::new(state.len()), dynamics, state, command, outputs })
+        Ok(Body { integrator: Rk4::new(state.len()), dynamics, state, command, outputs })
     }
+}
 
+impl Body {
     /// Advances from `time` by `dt` with the command of the step before held.
     fn advance(&mut self, time: f64, dt: f64, substeps: u32, io: &Io) {
         let Self { dynamics, state, integrator, .. } = self;
-        for (input, command) in dynamics.input.iter_mut().zip(io.slice(self.command)) {
-            *input = dynamics.input_limit.map_or(*command, |limit| clip(*command, limit));
-        }
+        dynamics.actuators.apply(io.slice(self.command));
         let length = dt / f64::from(substeps);
         for substep in 0..substeps {
             integrator.step(time + f64::from(substep) * length, length, state, |t, x, out| dynamics.slope(t, x, out));
@@ -156,6 +181,15 @@ impl Body {
         if let Some(port) = self.outputs.mismatched {
             evaluate(&self.dynamics.mismatched, &self.dynamics.arguments, io.slice_mut(port));
         }
+        if let Some([output, memory]) = self.outputs.actuators {
+            io.slice_mut(output).copy_from_slice(&self.dynamics.actuators.output[..output.length]);
+            io.slice_mut(memory).copy_from_slice(&self.dynamics.actuators.memory[..memory.length]);
+        }
+        if let Some(port) = self.outputs.acceleration {
+            let mut slopes = [0.0; 2 * MAX_COORDINATES];
+            self.dynamics.slope(time, &self.state, &mut slopes[..2 * length]);
+            io.slice_mut(port).copy_from_slice(&slopes[length..2 * length]);
+        }
     }
 }
 
@@ -169,7 +203,7 @@ impl Dynamics {
         let length = self.vehicle.coordinates();
         self.set_arguments(time, state);
         let mut effect = [0.0; MAX_COORDINATES];
-        self.vehicle.effect(&state[..length], &self.input, &mut effect);
+        self.vehicle.effect(&state[..length], &self.actuators.output, &mut effect);
         let mut disturbance = [0.0; MAX_COORDINATES];
         evaluate(&self.matched, &self.arguments, &mut disturbance);
         let driven = out.len() - length;

@@ -1,4 +1,5 @@
 //! Finite-time differentiators and disturbance observers of Levant's form. (2.12), (3.7), (4.27)
+//! Finite-time differentiators and disturbance observers of Levant's form. (2.11), (3.7), (4.19)
 
 use nalgebra::SVector;
 

@@ -53,6 +53,12 @@ impl Topology {
         Self { size, adjacency, reference: vec![1.0; size], neighbours }
     }
 
+    /// The ring 1 - 2 - ... - N - 1 with unit weights and links both ways.
+    pub fn two_way_ring_rows(size: usize) -> Vec<Vec<f64>> {
+        let one_way = Self::ring_rows(size);
+        (0..size).map(|i| (0..size).map(|j| one_way[i][j].max(one_way[j][i])).collect()).collect()
+    }
+
     /// Number of agents.
     pub fn size(&self) -> usize {
         self.size
@@ -96,6 +102,20 @@ impl Topology {
             (0..self.size).map(|j| if i == j { degree + self.b(i) } else { -self.a(i, j) }).collect()
         };
         (0..self.size).map(row).collect()
+    }
+
+    /// The first agent (from 0) that neither knows the reference nor hears, over any number of links, of one who does.
+    ///
+    /// `L + B` is invertible if there is none.
+    pub fn unled_agent(&self) -> Option<usize> {
+        let mut led: Vec<bool> = self.reference.iter().map(|weight| *weight > 0.0).collect();
+        // Each round leads at least one more agent, or is the last that matters.
+        for _ in 0..self.size {
+            for i in 0..self.size {
+                led[i] |= self.neighbours[i].iter().any(|&j| led[j]);
+            }
+        }
+        led.iter().position(|led| !led)
     }
 
     /// Whether every agent reaches every other along the links. If not, the first pair (from, to) without a path, from 0.
@@ -178,6 +198,20 @@ mod tests {
         rows[2][1] = 0.0;
         let path = Topology::new(&rows, vec![1.0; 4]).unwrap();
         assert_eq!(path.unreachable_pair(), Some((0, 2)));
+    }
+
+    #[test]
+    fn leaders_lead_those_who_hear_of_them() {
+        let mut rows = Topology::two_way_ring_rows(4);
+        assert_eq!(rows, [[0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 1.0, 0.0]]);
+        let led_by_last = |rows: &[Vec<f64>]| Topology::new(rows, vec![0.0, 0.0, 0.0, 1.0]).unwrap().unled_agent();
+        assert_eq!(led_by_last(&rows), None);
+        rows[0][3] = 0.0;
+        assert_eq!(led_by_last(&rows), None);
+        rows[2][3] = 0.0;
+        assert_eq!(led_by_last(&rows), Some(0));
+        assert_eq!(Topology::new(&vec![vec![0.0; 3]; 3], vec![1.0; 3]).unwrap().unled_agent(), None);
+        assert_eq!(Topology::two_way_ring_rows(2), [[0.0, 1.0], [1.0, 0.0]]);
     }
 
     #[test]

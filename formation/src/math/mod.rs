@@ -1,5 +1,6 @@
 //! The mathematics that several schemes share, each piece in one place.
 
+mod bouc_wen;
 mod differentiator;
 mod graph;
 mod integrate;
@@ -9,6 +10,7 @@ mod power;
 mod projection;
 mod random;
 
+pub use bouc_wen::BoucWen;
 pub use differentiator::{Differentiator, DifferentiatorGains};
 pub use graph::Topology;
 pub use integrate::Rk4;

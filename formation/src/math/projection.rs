@@ -12,7 +12,7 @@ pub fn clip_vector<const D: usize>(vector: &SVector<f64, D>, limit: f64) -> SVec
     vector.map(|value| clip(value, limit))
 }
 
-/// The bounded projection: the identity up to `limit`, then exponentially towards `limit + softness`. (2.24), (5.28), (7.16)
+/// The bounded projection: the identity up to `limit`, then exponentially towards `limit + softness`. (2.21), (5.28), (7.16)
 ///
 /// Continuously differentiable, increasing, and `|P(e)| < limit + softness`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,3 +11,10 @@ pub use output_layer::{Leak, OutputLayer};
 pub use rbf::{RadialBasis, RadialNetwork};
 pub use tanh::tanh_of_state;
 pub use three_layer::{HiddenRate, ThreeLayer, ThreeLayerRates};
+mod chebyshev;
+mod output_layer;
+mod projected_layer;
+
+pub use chebyshev::ChebyshevRegressor;
+pub use output_layer::{Leak, OutputLayer};
+pub use projected_layer::ProjectedLayer;

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::coordinates::Coordinates;
 use crate::config::{Node, Problems, read};
-use crate::vehicle::{Drive, Omni, Quadcopter, Vehicle};
+use crate::vehicle::{Actuator, Drive, Omni, Quadcopter, Vehicle};
 
 /// An agent: its vehicle as it is, as the controllers know it, and where it starts.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub(super) struct VehicleSection {
     /// Every input is clipped to [-UM, UM] by the actuators.
     #[serde(rename = "UM")]
     pub(super) input_limit: Option<f64>,
+    /// What else the actuators do to the inputs.
+    pub(super) actuator: Option<Actuator>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]

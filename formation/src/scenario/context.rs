@@ -11,6 +11,7 @@ use super::{Agent, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;
+use crate::vehicle::Actuator;
 
 /// The parts of a scenario that are not parameters of one component.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub struct Context {
     pub seed: u64,
     /// Every input is clipped to [-limit, limit]; `None`: not at all.
     pub input_limit: Option<f64>,
+    /// What else the actuators do to the inputs, if the scenario says anything about it.
+    pub actuator: Option<Actuator>,
     /// Named numbers of the scenario, for formulas.
     pub parameters: BTreeMap<String, f64>,
     /// For each agent, the formulas of its reference coordinates over the slot 0 = t.
@@ -79,6 +82,9 @@ impl Context {
         if let Some(limit) = vehicle.input_limit.filter(|limit| limit.is_nan() || *limit <= 0.0) {
             problems.at(root, "vehicle.UM", format!("expected a limit > 0, found {limit}"));
         }
+        for (field, message) in vehicle.actuator.iter().flat_map(|actuator| actuator.bouc_wen.findings()) {
+            problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
+        }
         let agents = read_agents(root, &vehicle, problems);
         let (topology, proximity) = read_topology(root, &agents, problems);
         let mut context = Self {
@@ -88,6 +94,7 @@ impl Context {
             timing: timing.unwrap_or(Timing { dt: 1.0, duration: 1.0 }),
             seed,
             input_limit: vehicle.input_limit,
+            actuator: vehicle.actuator,
             parameters,
             reference: Vec::new(),
             disturbance: Vec::new(),

@@ -1,6 +1,7 @@
 //! Overrides of the command line: short names, whole columns of the agents, and paths.
 
 use crate::config::{Node, Origin, Problem, Value, nearest};
+use crate::math::Topology;
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
 const ALIASES: &[(&str, &str)] = &[
@@ -224,12 +225,28 @@ fn agents_len(root: &Node) -> usize {
     root.at("agents").and_then(Node::as_array).map_or(0, <[Node]>::len)
 }
 
-/// A matrix for another number of agents means nothing: fall back to the directed ring 1 -> 2 -> ... -> N -> 1.
+/// A matrix for another number of agents means nothing: fall back to the directed ring 1 -> 2 -> ... -> N -> 1, or to the ring
+/// with links both ways if the matrix was symmetric.
 fn fit_topology(root: &mut Node, agents: usize) {
     let Some(topology) = root.at_mut("topology").and_then(Node::as_table_mut) else { return };
-    if topology.get("A").and_then(Node::as_array).is_some_and(|rows| rows.len() != agents) {
-        topology.remove("A");
+    let Some(old) = topology.get("A").filter(|old| old.as_array().is_some_and(|rows| rows.len() != agents)) else {
+        return;
+    };
+    let (symmetric, origin) = (is_symmetric(old), old.origin.clone());
+    topology.remove("A");
+    if symmetric {
+        let node = |value| Node { value, origin: origin.clone() };
+        let list =
+            |row: Vec<f64>| node(Value::Array(row.into_iter().map(|weight| node(Value::Float(weight))).collect()));
+        let rows = Topology::two_way_ring_rows(agents).into_iter().map(list).collect();
+        topology.insert("A", node(Value::Array(rows)));
     }
+}
+
+fn is_symmetric(matrix: &Node) -> bool {
+    let rows = matrix.as_array().unwrap_or_default();
+    let weight = |i: usize, j: usize| rows[i].as_array().and_then(|row| row.get(j)).and_then(Node::as_f64);
+    (0..rows.len()).all(|i| (0..i).all(|j| weight(i, j).is_some() && weight(i, j) == weight(j, i)))
 }
 
 fn problem(o: &Override, message: String) -> Problem {

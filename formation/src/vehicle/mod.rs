@@ -1,8 +1,10 @@
 //! Models of the agents: what their inputs do. Used by the plant, and by the observers and controllers that know it.
 
+mod actuator;
 mod omni;
 mod quadcopter;
 
+pub use actuator::Actuator;
 pub use omni::{Drive, Omni};
 pub use quadcopter::Quadcopter;
 

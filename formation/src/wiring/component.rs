@@ -98,6 +98,16 @@ impl Checks {
         self.require(admissible, field, format!("expected a number between {low} and {high}, found {value}"))
     }
 
+    /// Every agent must know the reference or hear of it from others.
+    pub fn led(mut self, context: &Context) -> Self {
+        if let Some(agent) = context.topology.unled_agent() {
+            let message =
+                format!("agent {} neither has b > 0 nor hears, over any links, of an agent that has", agent + 1);
+            self.findings.push(("/topology.b".into(), message));
+        }
+        self
+    }
+
     /// The communication graph must be strongly connected.
     pub fn strongly_connected(mut self, context: &Context) -> Self {
         if let Some((from, to)) = context.topology.unreachable_pair() {

@@ -2,6 +2,7 @@
 
 mod cida;
 mod compensated;
+mod dsm;
 mod history;
 mod limited_information;
 mod lp_regulation;
@@ -53,3 +54,7 @@ pub const SETS: &[MetricSet] = &[
 ];
 pub const SETS: &[MetricSet] =
     &[MetricSet { name: "rca", compute: rca::compute }, MetricSet { name: "uav", compute: uav::compute }];
+    MetricSet { name: "dsm", compute: dsm::compute },
+    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "uav", compute: uav::compute },
+];

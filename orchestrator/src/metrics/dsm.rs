@@ -1,0 +1,186 @@
+//! Metrics of the dynamic sliding mode scenarios. (specification ch2-dsm, section 11)
+//!
+//! Norms are per agent over its three components. A bound holds for all agents over the last quarter of the run; of a run that
+//! broke off before that it is not a number.
+
+use formation::formula::Jet;
+use formation::wiring::Role;
+
+use super::{Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between};
+use crate::log::Series;
+
+/// Coordinates of an agent.
+const D: usize = 3;
+
+pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let mut metrics = tracking(run)?;
+    if (0..run.agents()).all(|agent| run.offers(Role::Observer, agent, "disturbance_rate")) {
+        metrics.extend(observer(run)?);
+    }
+    if (0..run.agents()).all(|agent| run.offers(Role::Controller, agent, "network")) {
+        metrics.extend(network(run)?);
+        metrics.extend(compensation(run)?);
+    }
+    Ok(metrics)
+}
+
+/// The samples of the last quarter of the run as it was planned.
+fn last_quarter(run: &Run) -> std::ops::Range<usize> {
+    run.sample_at(0.75 * run.scenario.context.timing.duration)..run.samples()
+}
+
+/// The samples between 20 s and 27 s, where all four robots of section 2.5 are away from the origin.
+fn window(run: &Run) -> std::ops::Range<usize> {
+    let last = (27.0 / run.dt() + 1e-9).floor() as usize;
+    run.sample_at(20.0)..run.samples().min(last + 1)
+}
+
+/// The largest value of some samples; NaN if there are none.
+fn largest(history: &[f64], samples: std::ops::Range<usize>) -> f64 {
+    maximum(history.get(samples).unwrap_or_default().iter().copied())
+}
+
+/// The largest of all agents at each sample.
+fn worst(run: &Run, of: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    run.history(|k| maximum((0..run.agents()).map(|agent| of(agent, k))))
+}
+
+/// The time from which on a history stays below `level`; NaN if it does not, or if nobody knows because the run broke off.
+fn settling(run: &Run, history: &[f64], level: f64) -> f64 {
+    let complete = run.samples() as u64 == run.scenario.context.timing.periods() + 1;
+    let first = first_below_for_good(history, level).filter(|_| complete);
+    first.map_or(f64::NAN, |k| run.time(k))
+}
+
+fn tracking(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let position = run.signals(Role::Plant, "position")?;
+    let reference = run.signals(Role::Planner, "position")?;
+    let sliding = run.signals(Role::Controller, "sliding")?;
+    let input = run.signals(Role::Controller, "input")?;
+    let error = worst(run, |agent, k| norm_between(position[agent].row(k), reference[agent].row(k)));
+    let sliding = worst(run, |agent, k| norm(sliding[agent].row(k)));
+    let slew = worst(run, |agent, k| {
+        let before = input[agent].row(k.max(1) - 1);
+        let changes = input[agent].row(k).iter().zip(before).map(|(now, before)| (now - before).abs());
+        maximum(changes) / run.dt()
+    });
+    let mut metrics = vec![
+        Metric::new("dx_bound", largest(&error, last_quarter(run))),
+        Metric::new("xi_bound", largest(&sliding, last_quarter(run))),
+        Metric::new("dx_conv_1e-2", settling(run, &error, 1e-2)),
+        Metric::new("dx_conv_5e-2", settling(run, &error, 5e-2)),
+        Metric::new("u_max", largest_component(&input)),
+        Metric::new("u_slew", largest(&slew, last_quarter(run))),
+    ];
+    if run.scenario.context.timing.duration >= 27.0 {
+        metrics.push(Metric::new("dx_20_27", largest(&error, window(run))));
+        metrics.push(Metric::new("xi_20_27", largest(&sliding, window(run))));
+    }
+    Ok(metrics)
+}
+
+fn largest_component(series: &[Series]) -> f64 {
+    maximum(series.iter().flat_map(|series| series.rows()).flatten().map(|value| value.abs()))
+}
+
+/// The uncertainty of one agent and its rate, at every sample.
+struct Uncertainty<'a> {
+    value: Series<'a>,
+    rate: Vec<[f64; D]>,
+}
+
+impl<'a> Uncertainty<'a> {
+    /// The rate is the derivative of the scenario's formulas along the recorded motion.
+    fn of(run: &Run<'a>, agent: usize) -> Result<Self, MetricError> {
+        let value = run.signal(Role::Plant, agent, "disturbance")?;
+        let motion = ["position", "velocity", "acceleration"].map(|name| run.signal(Role::Plant, agent, name));
+        let [position, velocity, acceleration] = motion;
+        let (position, velocity, acceleration) = (position?, velocity?, acceleration?);
+        let formulas = &run.scenario.context.disturbance[agent].matched;
+        let moving = |value: f64, rate: f64| Jet { value, rate, ..Jet::default() };
+        let at = |k: usize| {
+            let mut arguments = [Jet::time(run.time(k)); 1 + 2 * D];
+            for j in 0..D {
+                let (v, a) = (velocity.row(k)[j], acceleration.row(k)[j]);
+                arguments[1 + j] = moving(position.row(k)[j], v);
+                arguments[1 + D + j] = moving(v, a);
+            }
+            let mut rate = [0.0; D];
+            for (rate, formula) in rate.iter_mut().zip(formulas) {
+                *rate = formula.evaluate_jet(&arguments).rate;
+            }
+            rate
+        };
+        Ok(Self { value, rate: (0..run.samples()).map(at).collect() })
+    }
+
+    fn all(run: &Run<'a>) -> Result<Vec<Self>, MetricError> {
+        (0..run.agents()).map(|agent| Self::of(run, agent)).collect()
+    }
+}
+
+fn observer(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let truth = Uncertainty::all(run)?;
+    let estimate = run.signals(Role::Observer, "disturbance")?;
+    let rate = run.signals(Role::Observer, "disturbance_rate")?;
+    let error = worst(run, |agent, k| norm_between(truth[agent].value.row(k), estimate[agent].row(k)));
+    let rate_error = worst(run, |agent, k| norm_between(&truth[agent].rate[k], rate[agent].row(k)));
+    Ok(vec![
+        Metric::new("w_err_bound", largest(&error, last_quarter(run))),
+        Metric::new("wdot_err_bound", largest(&rate_error, last_quarter(run))),
+        Metric::new("w_err_conv", settling(run, &error, 0.05)),
+    ])
+}
+
+/// The parameter `name` of the controller.
+fn gain(run: &Run, name: &str) -> Result<f64, MetricError> {
+    let section = run.scenario.section("controller");
+    let value = section.and_then(|section| section.at(name)).and_then(|node| node.as_f64());
+    value.ok_or_else(|| MetricError::NotApplicable {
+        set: run.scenario.metrics.clone(),
+        reason: format!("its controller learns the uncertainty but has no gain `{name}`"),
+    })
+}
+
+/// What the network learns is `E = dw/dt + (k + λ) w`.
+fn network(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let slope = gain(run, "k")? + gain(run, "lam")?;
+    let truth = Uncertainty::all(run)?;
+    let estimate = run.signals(Role::Controller, "network")?;
+    let weights = run.signals(Role::Controller, "weight_norm")?;
+    let of_agent = |agent: usize, k: usize| {
+        let Uncertainty { value, rate } = &truth[agent];
+        let mut learned = rate[k];
+        for (learned, value) in learned.iter_mut().zip(value.row(k)) {
+            *learned += slope * value;
+        }
+        norm_between(&learned, estimate[agent].row(k))
+    };
+    let bound = |agent: usize| largest(&run.history(|k| of_agent(agent, k)), last_quarter(run));
+    let bounds: Vec<f64> = (0..run.agents()).map(bound).collect();
+    let mut metrics = vec![Metric::new("E_err_bound", maximum(bounds.iter().copied()))];
+    metrics.extend(bounds.iter().zip(1..).map(|(bound, number)| Metric::new(format!("E_err_bound_{number}"), *bound)));
+    if run.scenario.context.timing.duration >= 27.0 {
+        metrics.push(Metric::new("E_err_20_27", largest(&worst(run, of_agent), window(run))));
+    }
+    metrics.push(Metric::new("W_norm_max", largest_component(&weights)));
+    Ok(metrics)
+}
+
+/// The inverse model against the actuators. What the plant shows at a step is what the command of the step before made of it.
+fn compensation(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    if !(0..run.agents()).all(|agent| run.offers(Role::Plant, agent, "memory")) {
+        return Ok(Vec::new());
+    }
+    let pairs = [("zeta_gap", "memory", "memory"), ("h_minus_pi", "actuator", "nominal")];
+    let gap = |(id, actual, imagined): (&str, &str, &str)| {
+        let actual = run.signals(Role::Plant, actual)?;
+        let imagined = run.signals(Role::Controller, imagined)?;
+        let gaps = actual.iter().zip(&imagined).flat_map(|(actual, imagined)| {
+            let pairs = actual.rows().skip(1).zip(imagined.rows());
+            pairs.map(|(actual, imagined)| maximum(actual.iter().zip(imagined).map(|(a, b)| (a - b).abs())))
+        });
+        Ok(Metric::new(id, maximum(gaps)))
+    };
+    pairs.into_iter().map(gap).collect()
+}
