@@ -59,7 +59,7 @@ impl LocalError {
     /// See [`LocalError::new`].
     pub fn alone(agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
         let topology = Topology::new(&[vec![0.0]], vec![1.0]).map_err(Refusal)?;
-        let own = (bind.state::<3>(agent, name)?, bind.reference::<3>(agent, name)?);
+        let own = Deviation { value: bind.state(agent, name)?, reference: Some(bind.reference(agent, name)?) };
         Ok(Self { agent: 0, topology, own, others: Vec::new() })
     }
 

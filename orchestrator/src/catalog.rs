@@ -32,5 +32,14 @@ macro_rules! shipped {
 }
 
 /// The scenarios of the thesis, in order of its chapters.
-pub const SCENARIOS: &[Shipped] =
-    shipped!["limited-information", "cida", "compensated", "lp-regulation", "uav", "mixed"];
+pub const SCENARIOS: &[Shipped] = shipped![
+    "dsm-ftdo",
+    "dsm-cnn",
+    "rca",
+    "limited-information",
+    "cida",
+    "compensated",
+    "lp-regulation",
+    "uav",
+    "mixed"
+];

@@ -1,5 +1,4 @@
-//! Finite-time differentiators and disturbance observers of Levant's form. (2.12), (3.7), (4.27)
-//! Finite-time differentiators and disturbance observers of Levant's form. (2.11), (3.7), (4.19)
+//! Finite-time differentiators and disturbance observers of Levant's form. (2.11), (3.7), (4.27)
 
 use nalgebra::SVector;
 

@@ -6,8 +6,7 @@ use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
-use super::{Agent, Obstacles, Timing};
-use super::{Agent, Proximity, Timing};
+use super::{Agent, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;

@@ -203,8 +203,6 @@ fn read_components(
     let mut components = Vec::new();
     for role in Role::ALL {
         if scenario.component(role).is_none() {
-        let section = scenario.section(role.name());
-        if section.is_none_or(|section| role == Role::Observer && is_none(section)) {
             if role != Role::Observer {
                 problems.push(scenario.problem("", format!("missing section `[{role}]`")));
             }
@@ -232,11 +230,6 @@ pub(super) fn read_component(
         problems.push(scenario.problem(&path, message));
     }
     Some((role, kind.name.to_string(), component))
-}
-
-/// Whether a section says that there is no component: `kind = "none"`, with which a variant drops the observer.
-fn is_none(section: &ConfigNode) -> bool {
-    section.at("kind").and_then(ConfigNode::as_str) == Some("none")
 }
 
 /// The component that a section names, and the section without the keys that are not its parameters.

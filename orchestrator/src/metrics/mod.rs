@@ -45,16 +45,12 @@ pub struct MetricSet {
 
 /// All sets of metrics.
 pub const SETS: &[MetricSet] = &[
-    MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
+    MetricSet { name: "dsm", compute: dsm::compute },
+    MetricSet { name: "rca", compute: rca::compute },
+    MetricSet { name: "limited-information", compute: limited_information::compute },
     MetricSet { name: "cida", compute: cida::compute },
     MetricSet { name: "compensated", compute: compensated::compute },
-    MetricSet { name: "limited-information", compute: limited_information::compute },
-    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
     MetricSet { name: "uav", compute: uav::compute },
-];
-pub const SETS: &[MetricSet] =
-    &[MetricSet { name: "rca", compute: rca::compute }, MetricSet { name: "uav", compute: uav::compute }];
-    MetricSet { name: "dsm", compute: dsm::compute },
     MetricSet { name: "mixed", compute: mixed::compute },
-    MetricSet { name: "uav", compute: uav::compute },
 ];
