@@ -95,8 +95,9 @@ impl BoucWen {
     /// g, the slope of the memory over the input. (2.22)
     fn slope(&self, memory: f64, direction: f64) -> f64 {
         let size = memory.abs();
-        let (m, chi_bar, chi) = (self.smoothness, self.width, self.slant);
-        1.0 - chi_bar * direction * libm::pow(size, m - 1.0) * memory - chi * libm::pow(size, m)
+        // |ζ|^(m-1); with the usual m = 2 that takes no power, which is most of the time of a large jump.
+        let power = if self.smoothness == 2.0 { size } else { libm::pow(size, self.smoothness - 1.0) };
+        1.0 - self.width * direction * power * memory - self.slant * power * size
     }
 
     /// Number and length of the Euler steps of a change. What is no number becomes one step, which passes it on.
