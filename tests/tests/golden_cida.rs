@@ -1,5 +1,8 @@
 //! Golden values of the scenario with input distribution. (specification ch5-cida, section 12)
 
+// The printed digits of an angle that happens to be -π/4.
+#![allow(clippy::approx_constant)]
+
 use tests::Bench;
 
 struct Golden {

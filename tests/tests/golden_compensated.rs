@@ -1,5 +1,8 @@
 //! Golden values of the scenario with the saturation compensator. (specification ch5-compensated, section 12, simulation)
 
+// The printed digits of an angle that happens to be -π/4.
+#![allow(clippy::approx_constant)]
+
 use tests::Bench;
 
 struct Golden {
