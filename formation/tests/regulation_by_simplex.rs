@@ -5,6 +5,7 @@ use formation::nalgebra::{Matrix3, Vector3};
 use formation::vehicle::{Drive, Omni};
 use microlp::{ComparisonOp, LinearExpr, OptimizationDirection, Problem};
 
+/// Commands beyond the limits that each test compares.
 const INSTANCES: usize = 5000;
 
 /// The optimal value of the same program, by the simplex method.
@@ -38,23 +39,22 @@ fn random_command(random: &mut SplitMix64) -> Vector3<f64> {
 
 fn compare(seed: u64, mut effect: impl FnMut(&mut SplitMix64) -> Matrix3<f64>) {
     let mut random = SplitMix64::new(seed);
-    let mut regulated = 0;
-    for instance in 0..INSTANCES {
+    let mut compared = 0;
+    while compared < INSTANCES {
         let effect = effect(&mut random);
         let commanded = random_command(&mut random);
         let input = regulate(&effect, &commanded, 1.0);
         if input == commanded {
-            continue;
+            continue; // within the limits: there is no program to solve
         }
-        regulated += 1;
         let expected = optimum(&effect, &commanded, 1.0);
         let found = value(&effect, &commanded, &input);
         assert!(
             (found - expected).abs() < 1e-9 * expected.max(1.0),
-            "instance {instance}: {found}, simplex {expected}"
+            "instance {compared}: {found}, simplex {expected}"
         );
+        compared += 1;
     }
-    assert!(regulated > INSTANCES / 2, "only {regulated} commands were beyond the limits");
 }
 
 #[test]

@@ -168,11 +168,13 @@ mod tests {
         }
     }
 
+    /// Straight towards the back of wheel 3, with a little turn: clipped to (1, 1, -1), the wheels turn the robot the other way.
     #[test]
     fn clipping_reverses_what_regulation_does_not() {
         let mut errors = far_away();
-        errors.position.z = -0.05;
-        errors.local_position.z = -0.1;
+        let angle = 0.3 - std::f64::consts::FRAC_PI_6;
+        errors.position = Vector3::new(2.0 * angle.cos(), 2.0 * angle.sin(), 0.05);
+        errors.local_position = 2.0 * errors.position;
         let reversed = |regulation| {
             let controller = controller(regulation);
             let command = controller.update(&errors, 0.3, &Vector3::zeros());
