@@ -101,7 +101,7 @@ impl Component for CompensatedFormation {
             checks.require(problem.is_none(), field, problem.unwrap_or_default())
         });
         let limited = context.input_limit.is_some();
-        checks.require(limited, "/vehicle", "missing field `UM`, which this controller needs")
+        checks.require(limited, "/vehicle", "missing field `UM`, which this controller needs").led(context)
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
