@@ -1,19 +1,17 @@
 //! What observers that measure positions only have in common: their ports, and what they store from one step to the next.
 
-use formation::math::clip_vector;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
-use formation::vehicle::Vehicle;
 use formation::wiring::{Bind, Refusal};
 use lockstep::{Field, In, Io, Out};
+
+use crate::applied_input::AppliedInput;
 
 /// The position of a planar robot of order 2 and the input that drives it.
 #[derive(Clone, Debug)]
 pub(crate) struct PositionFeedback {
-    vehicle: Vehicle,
-    input_limit: Option<f64>,
     position: In<3>,
-    input: In<3>,
+    input: AppliedInput,
     /// x at the last step.
     before: Vector3<f64>,
     outputs: [Out<3>; 3],
@@ -42,7 +40,7 @@ impl PositionFeedback {
 
     /// Binds the signals of `agent` for the observer called `name`.
     pub(crate) fn new(name: &str, context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
-        let vehicle = context.agents[agent].nominal.clone();
+        let vehicle = &context.agents[agent].nominal;
         if vehicle.omni().is_none() || vehicle.order() != 2 {
             let message = format!(
                 "the observer `{name}` estimates the velocity of a planar robot whose inputs set accelerations (order 2); this vehicle is none"
@@ -51,10 +49,8 @@ impl PositionFeedback {
         }
         let outputs = [bind.out(agent, "position")?, bind.out(agent, "velocity")?, bind.out(agent, "disturbance")?];
         Ok(Self {
-            vehicle,
-            input_limit: context.input_limit,
             position: bind.state(agent, "position")?,
-            input: bind.command_before(agent, "input")?,
+            input: AppliedInput::new(context, agent, bind)?,
             before: Vector3::zeros(),
             outputs,
         })
@@ -63,10 +59,7 @@ impl PositionFeedback {
     /// x of this step, and the interval of `dt` seconds that ends with it.
     pub(crate) fn read(&mut self, io: &Io, dt: f64) -> (Vector3<f64>, Interval) {
         let before = self.before;
-        let command = Vector3::from(io.get(self.input));
-        let applied = self.input_limit.map_or(command, |limit| clip_vector(&command, limit));
-        let mut acceleration = Vector3::zeros();
-        self.vehicle.effect(before.as_slice(), applied.as_slice(), acceleration.as_mut_slice());
+        let acceleration = self.input.effect(io, &before);
         self.before = Vector3::from(io.get(self.position));
         (self.before, Interval { dt, position: before, acceleration })
     }

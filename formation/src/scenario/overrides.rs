@@ -257,3 +257,6 @@ fn problem(o: &Override, message: String) -> Problem {
 pub(super) fn override_problem(text: &str, message: &str) -> Problem {
     Problem::new(Some(Origin::Override { text: format!("--set {text}") }), "", message)
 }
+
+#[cfg(test)]
+mod tests;
