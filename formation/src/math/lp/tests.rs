@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::math::SplitMix64;
 use crate::vehicle::{Drive, Omni};
 
 /// The robots of the scenario `lp-regulation`: m in kg, R in m, I in kg m².
@@ -140,6 +141,28 @@ fn commands_of_the_run() {
         let value = objective(&effect, &commanded, &regulated);
         assert!((value - case.value).abs() < 1e-8, "robot {}: {value}", case.robot);
     }
+}
+
+/// Couplings of small whole numbers often make an edge or a face of the admissible set optimal.
+#[test]
+fn of_several_optima_the_nearest_to_the_command() {
+    let mut random = SplitMix64::new(5);
+    let mut ties = 0;
+    for _ in 0..20_000 {
+        let effect = Matrix3::from_fn(|_, _| (1.5 * random.symmetric()).round());
+        let commanded = Vector3::from_fn(|_, _| 5.0 * random.symmetric());
+        let input = regulate(&effect, &commanded, 1.0);
+        let program = Program::new(&effect, &commanded, 1.0);
+        let mut room = [Vector3::zeros(); VERTICES];
+        let best = program.objective.dot(&input);
+        let equals = program.vertices(&mut room).iter().filter(|vertex| program.objective.dot(vertex) > best - 1e-9);
+        for vertex in equals {
+            let farther = (vertex - commanded).norm() - (input - commanded).norm();
+            assert!(input == commanded || farther > -1e-6, "{vertex} is nearer to {commanded} than {input}");
+            ties += u64::from(input != commanded && (vertex - input).norm() > 1e-3);
+        }
+    }
+    assert!(ties > 1000, "only {ties} other optima");
 }
 
 #[test]
