@@ -7,8 +7,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::commands;
-use crate::engine::Placement;
 use crate::failure::{EXIT_CODES, Failure};
+use crate::placement::Placement;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
@@ -34,6 +34,12 @@ enum Command {
     Thesis(ThesisArgs),
     /// Show what is in a log
     Info(InfoArgs),
+    /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
+    Verify(VerifyArgs),
+    /// Pause, step, resume or stop a run from another terminal
+    Ctl(CtlArgs),
+    /// Watch a run: steps per second, and where its processes spend their time
+    Top(TopArgs),
     /// Close the log of a killed run, so that every tool opens it
     Recover(RecoverArgs),
     /// Remove what dead runs left in shared memory
@@ -90,13 +96,20 @@ pub(crate) struct RunArgs {
     /// Record nothing and check nothing
     #[arg(long, conflicts_with = "out")]
     pub(crate) no_log: bool,
-    /// How the participants are spread over processes; changes no bit of the result
-    #[arg(long, value_enum, default_value_t = Placement::Processes)]
-    pub(crate) placement: Placement,
-    /// Cores of the processes: `auto` (all on one core, which is fastest for short steps), `none` (the operating system
-    /// decides) or the number of a core
+    /// How the participants are spread over processes; changes no bit of the result [default: groups if the scenario has
+    /// any, else processes]
+    #[arg(long, value_enum)]
+    pub(crate) placement: Option<Placement>,
+    /// Cores of the processes: `auto` (one core that no other run has taken; more if what the participants compute is worth
+    /// the wake-ups, which is measured), `none` (the operating system decides) or the number of a core
     #[arg(long, default_value = "auto")]
     pub(crate) pin: String,
+    /// Keep pace with the clock: so many simulated seconds per second
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = positive)]
+    pub(crate) realtime: Option<f64>,
+    /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
+    #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
+    pub(crate) profile: Option<Option<PathBuf>>,
     /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
     /// --swap "observer.2=python3 my_observer.py"; may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]
@@ -194,6 +207,109 @@ pub(crate) struct InfoArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// Two logs to compare
+    #[arg(num_args = 2, value_name = "LOG", required_unless_present = "scenario", conflicts_with = "scenario")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Run this scenario in many ways instead, and compare
+    #[arg(long)]
+    pub(crate) scenario: Option<String>,
+    /// Variant to run
+    #[arg(long, requires = "scenario")]
+    pub(crate) variant: Option<String>,
+    /// Change a field of the scenario: --set NAME=VALUE; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", requires = "scenario")]
+    pub(crate) set: Vec<String>,
+    /// Length of each run in s
+    #[arg(long, value_name = "SECONDS", requires = "scenario")]
+    pub(crate) duration: Option<String>,
+    /// Placements to run, or `all`
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all", requires = "scenario")]
+    pub(crate) placements: Vec<String>,
+    /// How often each way is run
+    #[arg(long, default_value_t = 1, requires = "scenario")]
+    pub(crate) repeat: u64,
+    /// Disturb every run: random delays in the participants, other orders and priorities, busy cores
+    #[arg(long, requires = "scenario")]
+    pub(crate) stress: bool,
+    /// Decides on the disturbances
+    #[arg(long, default_value_t = 1, requires = "stress")]
+    pub(crate) seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What to tell a run.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum CtlCommand {
+    /// Hold the run before its next step
+    Pause {
+        #[command(flatten)]
+        run: RunName,
+    },
+    /// Let a paused run go on
+    Resume {
+        #[command(flatten)]
+        run: RunName,
+    },
+    /// Let the run do some steps and hold it then
+    Step {
+        /// How many steps
+        #[arg(default_value_t = 1)]
+        steps: u64,
+        #[command(flatten)]
+        run: RunName,
+    },
+    /// End the run in order; its log stays readable up to there
+    Stop {
+        #[command(flatten)]
+        run: RunName,
+    },
+    /// Show how far the run is
+    Status {
+        #[command(flatten)]
+        run: RunName,
+    },
+}
+
+/// Which run is meant.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunName {
+    /// Name of the run, if there are several: `uav`, `uav-2`
+    #[arg(value_name = "RUN")]
+    pub(crate) name: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CtlArgs {
+    #[command(subcommand)]
+    pub(crate) command: CtlCommand,
+    /// Print JSON
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TopArgs {
+    #[command(flatten)]
+    pub(crate) run: RunName,
+    /// Seconds between two looks
+    #[arg(long, default_value = "1", value_parser = positive)]
+    pub(crate) interval: f64,
+    /// Print one look and end
+    #[arg(long)]
+    pub(crate) once: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err("expected a number > 0".into()),
+    }
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RecoverArgs {
     /// The log of a killed run
     pub(crate) log: PathBuf,
@@ -220,6 +336,9 @@ pub fn main() -> ExitCode {
         Command::Check(args) => commands::check::check(&args),
         Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
+        Command::Verify(args) => commands::verify::verify(&args),
+        Command::Ctl(args) => commands::ctl::ctl(&args),
+        Command::Top(args) => commands::top::top(&args),
         Command::Recover(args) => commands::recover::recover(&args),
         Command::Doctor(args) => commands::doctor::doctor(&args),
         Command::Completions { shell } => {
@@ -231,7 +350,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if !matches!(failure, Failure::Missed) {
+            if !matches!(failure, Failure::Missed | Failure::Different) {
                 eprintln!("error: {failure}");
             }
             ExitCode::from(failure.exit_code())

@@ -3,6 +3,7 @@
 use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
 
+use super::wishes::{apply_edges, check_groups};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
 use crate::scenario::{Scenario, Selection};
@@ -154,6 +155,8 @@ impl Assembly {
             problems.dedup_by(|a, b| a.path == b.path);
             return Err(problems);
         }
+        apply_edges(&self.scenario, &mut self.network)?;
+        check_groups(&self.scenario, &self.network)?;
         if let Err(error) = self.network.phases() {
             return Err(vec![self.scenario.problem("", error.to_string())]);
         }

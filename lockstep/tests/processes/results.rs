@@ -11,19 +11,19 @@ const STEPS: u64 = 2200;
 const DIGEST: &str = "401660ed0ae7a22d";
 
 fn local_chain() -> Local {
-    let network = chain::network();
-    let participants = (0..chain::NODES).map(chain::participant).collect();
+    let network = chain::network(chain::AGENTS);
+    let participants = (0..chain::NODES).map(|node| chain::participant(chain::AGENTS, node)).collect();
     Local::new(network, participants, 1e-3).unwrap()
 }
 
 fn digest_in_processes(name: &str, groups: &[Vec<usize>], play: &str) -> String {
-    let mut conductor = start(name, &chain::network(), groups, STEPS, settings(), play);
+    let mut conductor = start(name, &chain::network(chain::AGENTS), groups, STEPS, settings(), play);
     let traces = Traces::of(&conductor);
     for step in 0..STEPS {
         assert_eq!(conductor.step().unwrap(), step);
     }
     assert!(conductor.step().unwrap_err().to_string().contains("over after 2200 steps"));
-    let digest = chain::digest(conductor.store(), STEPS - 1);
+    let digest = chain::digest(chain::AGENTS, conductor.store(), STEPS - 1);
     conductor.finish().unwrap();
     traces.assert_none();
     digest
@@ -36,13 +36,13 @@ fn chain_in_one_process() {
         for _ in 0..steps {
             local.step().unwrap();
         }
-        assert_eq!(chain::digest(local.store(), steps - 1), digest, "{steps} steps");
+        assert_eq!(chain::digest(chain::AGENTS, local.store(), steps - 1), digest, "{steps} steps");
     }
 }
 
 #[test]
 fn chain_in_fourteen_processes_without_allocations() {
-    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network()), "count"), DIGEST);
+    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network(chain::AGENTS)), "count"), DIGEST);
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn chain_in_other_groupings() {
 
 #[test]
 fn two_runs_of_one_name_at_once() {
-    let run = || digest_in_processes("twins", &singles(&chain::network()), "chain");
+    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), "chain");
     std::thread::scope(|scope| {
         let runs = [scope.spawn(run), scope.spawn(run)];
         assert_eq!(runs.map(|run| run.join().unwrap()), [DIGEST, DIGEST]);
@@ -67,7 +67,14 @@ fn two_runs_of_one_name_at_once() {
 
 #[test]
 fn without_recording_the_store_stays_as_it_was() {
-    let mut conductor = start("blind", &chain::network(), &singles(&chain::network()), 20, settings(), "chain");
+    let mut conductor = start(
+        "blind",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        20,
+        settings(),
+        "chain",
+    );
     conductor.set_recording(false);
     for _ in 0..18 {
         conductor.step().unwrap();
@@ -82,7 +89,7 @@ fn without_recording_the_store_stays_as_it_was() {
     for _ in 0..20 {
         local.step().unwrap();
     }
-    assert_eq!(chain::digest(conductor.store(), 19), chain::digest(local.store(), 19));
+    assert_eq!(chain::digest(chain::AGENTS, conductor.store(), 19), chain::digest(chain::AGENTS, local.store(), 19));
     conductor.finish().unwrap();
 }
 

@@ -1,6 +1,7 @@
 //! The commands of the program, a file each.
 
 pub(crate) mod check;
+pub(crate) mod ctl;
 pub(crate) mod doctor;
 pub(crate) mod graph;
 pub(crate) mod info;
@@ -10,4 +11,7 @@ pub(crate) mod recover;
 pub(crate) mod run;
 mod select;
 pub(crate) mod thesis;
+mod select_run;
+pub(crate) mod top;
 pub(crate) mod validate;
+pub(crate) mod verify;
