@@ -84,10 +84,25 @@ fn run() -> Result<(), Box<dyn Error>> {
 
 /// Does `work` in a thread of its own that stays on a core, with all that it starts.
 fn on_core<R: Send>(core: usize, work: impl FnOnce() -> Result<R, Box<dyn Error>> + Send) -> Result<R, Box<dyn Error>> {
-    let work = move || {
-        lockstep::pin_to_core(core).map_err(|error| error.to_string())?;
-        work().map_err(|error| error.to_string())
-    };
+    in_thread(move || {
+        lockstep::pin_to_core(core)?;
+        work()
+    })
+}
+
+/// Does `work` in a thread of its own that stays off a core, with all that it starts.
+fn beside_core<R: Send>(
+    core: usize,
+    work: impl FnOnce() -> Result<R, Box<dyn Error>> + Send,
+) -> Result<R, Box<dyn Error>> {
+    in_thread(move || {
+        lockstep::keep_off_core(core)?;
+        work()
+    })
+}
+
+fn in_thread<R: Send>(work: impl FnOnce() -> Result<R, Box<dyn Error>> + Send) -> Result<R, Box<dyn Error>> {
+    let work = move || work().map_err(|error| error.to_string());
     let result = std::thread::scope(|scope| scope.spawn(work).join());
     Ok(result.map_err(|_| "a measurement panicked")??)
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use lockstep::{Conductor, Header, Local, Network, Node, Plan, RunDirectory, Settings, Status, Store, WorkerPlan};
 use orchestrator::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
 
-use crate::{chain, on_core};
+use crate::{beside_core, chain, on_core};
 
 /// Length of a step, ns.
 const PERIOD: u64 = 1_000_000;
@@ -28,8 +28,8 @@ pub(crate) enum Recording {
 /// In a process per node and one for the conductor, all on one core.
 pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recording) -> Result<f64, Box<dyn Error>> {
     let network = chain::network(agents);
-    // Created here, so that its thread is not pinned.
-    let mut log = Log::create(&network, recording)?;
+    // The thread that compresses must not share the core of the participants.
+    let mut log = beside_core(core, || Log::create(&network, recording))?;
     on_core(core, move || {
         let worker = |(index, node): (usize, &Node)| WorkerPlan { name: node.name.clone(), nodes: vec![index] };
         let workers: Vec<WorkerPlan> = network.nodes.iter().enumerate().map(worker).collect();

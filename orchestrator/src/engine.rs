@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
-    Conductor, CoreSlot, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores,
-    pin_to_core,
+    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
 };
 
 use crate::control::Stop;
 use crate::failure::Failure;
-use crate::pinning::{Pin, Spread};
+use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
 use crate::stress::Stress;
 use crate::swap::Swap;
@@ -24,8 +23,6 @@ const START_TIMEOUT: Duration = Duration::from_secs(30);
 pub struct Staging {
     /// How they are spread.
     pub placement: Placement,
-    /// Which cores they use.
-    pub pin: Pin,
     /// Participants that are programs of the user.
     pub swaps: Vec<Swap>,
     /// What is done to make the run stumble.
@@ -47,8 +44,8 @@ pub enum Engine {
     Processes {
         /// Who runs them.
         conductor: Box<Conductor>,
-        /// The core that this run has taken from others.
-        slot: Option<CoreSlot>,
+        /// Where they run.
+        home: Home,
     },
 }
 
@@ -58,10 +55,10 @@ impl Engine {
     /// # Errors
     /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
     /// connect.
-    pub fn start(assembly: &Assembly, staging: &Staging) -> Result<Self, Failure> {
+    pub fn start(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
         match staging.placement {
             Placement::Single => Self::local(assembly),
-            _ => Self::processes(assembly, staging),
+            _ => Self::processes(assembly, staging, home),
         }
     }
 
@@ -74,7 +71,7 @@ impl Engine {
         Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
     }
 
-    fn processes(assembly: &Assembly, staging: &Staging) -> Result<Self, Failure> {
+    fn processes(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
         let mut workers = staging.placement.workers(assembly, &staging.swaps);
         if let Some(stress) = &staging.stress {
@@ -96,11 +93,6 @@ impl Engine {
         std::fs::write(&path, assembly.scenario.to_toml())
             .map_err(Failure::system(format!("write {}", path.display())))?;
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
-        let slot = staging.pin.take()?;
-        let core = match staging.pin {
-            Pin::Core(core) => Some(core),
-            _ => slot.as_ref().map(|slot| slot.core),
-        };
         let mut conductor = Conductor::new(directory, plan, Settings::default())?;
         for worker in 0..count {
             let name = &conductor.plan().workers[worker].name;
@@ -115,16 +107,16 @@ impl Engine {
             if let Some(stress) = &staging.stress {
                 stress.disturb(&mut command);
             }
-            let pid = conductor.spawn(worker, command, core)?;
+            let pid = conductor.spawn(worker, command, home.core)?;
             if let Some(stress) = &staging.stress {
                 stress.set_priority(worker, pid);
             }
         }
         conductor.wait_ready(START_TIMEOUT)?;
-        if let Some(core) = core {
+        if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
-        Ok(Self::Processes { conductor: Box::new(conductor), slot })
+        Ok(Self::Processes { conductor: Box::new(conductor), home })
     }
 
     /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
@@ -132,7 +124,7 @@ impl Engine {
     /// # Errors
     /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
     pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
-        let Self::Processes { conductor, slot: Some(slot) } = self else { return Ok(None) };
+        let Self::Processes { conductor, home: Home { slot: Some(slot), .. } } = self else { return Ok(None) };
         let plan = conductor.plan();
         let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
         let figures = format!(

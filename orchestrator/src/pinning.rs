@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use lockstep::{CoreSlot, Plan, Snapshot, allowed_cores, wake_up_time};
+use lockstep::{CoreSlot, Plan, Snapshot, allowed_cores, keep_off_core, wake_up_time};
 
 use crate::failure::Failure;
 
@@ -48,16 +48,33 @@ impl Pin {
         }
     }
 
-    /// Takes the core that all processes start on, if any.
+    /// Chooses the core that all processes start on, if any, and keeps the calling thread off it until the run starts.
     ///
     /// # Errors
     /// [`Failure::System`] if the operating system does not tell its cores.
-    pub fn take(self) -> Result<Option<CoreSlot>, Failure> {
-        match self {
-            Self::Auto => Ok(Some(CoreSlot::take().map_err(Failure::system("take a core"))?)),
-            Self::None | Self::Core(_) => Ok(None),
+    pub fn take(self) -> Result<Home, Failure> {
+        let slot = match self {
+            Self::Auto => Some(CoreSlot::take().map_err(Failure::system("take a core"))?),
+            Self::None | Self::Core(_) => None,
+        };
+        let core = match self {
+            Self::Core(core) => Some(core),
+            _ => slot.as_ref().map(|slot| slot.core),
+        };
+        if let Some(core) = core {
+            keep_off_core(core).map_err(Failure::system("leave a core to the run"))?;
         }
+        Ok(Home { core, slot })
     }
+}
+
+/// Where a run lives.
+#[derive(Debug, Default)]
+pub struct Home {
+    /// The core that all processes start on; `None`: the operating system decides.
+    pub core: Option<usize>,
+    /// The same, if it was chosen and taken from other runs.
+    pub slot: Option<CoreSlot>,
 }
 
 /// How processes may be spread, and what it would bring per step.

@@ -11,7 +11,7 @@ use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
 use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo, Summary};
-use crate::pinning::{MEASURED_STEPS, Pin};
+use crate::pinning::{Home, MEASURED_STEPS, Pin};
 use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
@@ -49,7 +49,6 @@ impl Options {
     fn staging(&self) -> Staging {
         Staging {
             placement: self.placement,
-            pin: self.pin,
             swaps: self.swaps.clone(),
             stress: self.stress,
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
@@ -93,13 +92,14 @@ impl Outcome {
 /// [`Failure`] if it cannot start, or if the log cannot be written. A run that starts but does not come to its end is an
 /// [`Outcome`] with [`Outcome::stopped`].
 pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) -> Result<Outcome, Failure> {
-    // Both first: neither this thread nor those that it starts later may use all cores once it is pinned.
+    let cores = cores()?;
+    let home = if options.placement == Placement::Single { Home::default() } else { options.pin.take()? };
+    // Before the run starts: the thread that compresses must not share the core of the participants.
     let mut recorder = match &options.log {
         Some(path) => Some(create_log(path, assembly)?),
         None => None,
     };
-    let cores = cores()?;
-    let mut engine = Engine::start(assembly, &options.staging())?;
+    let mut engine = Engine::start(assembly, &options.staging(), home)?;
     let stop = engine.stop();
     on_start(stop.clone());
     let timing = assembly.scenario.context.timing;

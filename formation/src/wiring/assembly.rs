@@ -151,8 +151,7 @@ impl Assembly {
             }
         }
         if !problems.is_empty() {
-            // The same component fails for every agent; one report is enough.
-            problems.dedup_by(|a, b| a.path == b.path);
+            problems.dedup_by(|a, b| a.path == b.path); // the same component fails for every agent
             return Err(problems);
         }
         apply_edges(&self.scenario, &mut self.network)?;
