@@ -41,18 +41,25 @@ pub fn main() -> ExitCode {
 fn run() -> Result<(), Box<dyn Error>> {
     let core = *lockstep::allowed_cores()?.last().ok_or("no core is allowed")?;
     let steps: u64 = env::var("STEPS").map_or(Ok(10_000), |text| text.parse())?;
-    let mut figures: Vec<Vec<f64>> = vec![Vec::new(); 9];
+    let mut figures: Vec<Vec<f64>> = vec![Vec::new(); 12];
     for _ in 0..ROUNDS {
+        let barrier = |agents: usize, steps: u64| {
+            on_core(core, move || Ok(yardstick::measure(&[1, 1, agents, agents], steps as u32)?))
+        };
+        let crowd = processes(100, steps / 20, core, Recording::On)?;
         let round = [
-            on_core(core, || Ok(yardstick::measure(&[1, 1, 6, 6], steps as u32)?))?,
-            processes(6, steps, core, Recording::Off)?,
-            processes(6, steps, core, Recording::On)?,
+            barrier(6, steps)?,
+            processes(6, steps, core, Recording::Off)?.step,
+            processes(6, steps, core, Recording::On)?.step,
             on_core(core, || single(steps * 20, Recording::Off))?,
             single(steps * 20, Recording::On)?,
-            on_core(core, || Ok(yardstick::measure(&[1, 1, 50, 50], steps as u32 / 10)?))?,
-            processes(50, steps / 10, core, Recording::On)?,
-            on_core(core, || Ok(yardstick::measure(&[1, 1, 100, 100], steps as u32 / 20)?))?,
-            processes(100, steps / 20, core, Recording::On)?,
+            barrier(50, steps / 10)?,
+            processes(50, steps / 10, core, Recording::On)?.step,
+            barrier(100, steps / 20)?,
+            crowd.step,
+            crowd.start,
+            crowd.end,
+            crowd.memory,
         ];
         figures.iter_mut().zip(round).for_each(|(figures, figure)| figures.push(figure));
     }
@@ -62,21 +69,22 @@ fn run() -> Result<(), Box<dyn Error>> {
         sorted[sorted.len() / 2]
     };
     let [barrier, off, on, single_off, single_on] = [0, 1, 2, 3, 4].map(median);
-    let (barrier_50, on_50, barrier_100, on_100) = (median(5), median(6), median(7), median(8));
-    let grown = |seconds: f64, agents: usize| seconds / chain::nodes(agents) as f64 / (on / chain::NODES as f64);
+    let [barrier_50, on_50, barrier_100, on_100, start, end, memory] = [5, 6, 7, 8, 9, 10, 11].map(median);
+    let grown = |seconds: f64, agents: usize| {
+        let per_process = seconds / chain::nodes(agents) as f64;
+        Bound::Growth(per_process / (on / chain::NODES as f64), 1.3)
+    };
     let rows = [
         Row::new("chain14, 15 processes", off, Some(barrier), Bound::Times(1.2)),
         Row::new("chain14, 15 processes, recording", on, Some(barrier), Bound::Times(1.6)),
         Row::new("chain14, 15 processes, recording", on, None, Bound::Rate(20_000.0)),
         Row::new("chain14, single", single_off, None, Bound::Rate(1_000_000.0)),
         Row::new("chain14, single, recording", single_on, None, Bound::Rate(150_000.0)),
-        Row::new("50 agents, 103 processes, recording", on_50, Some(barrier_50), Bound::Growth(grown(on_50, 50), 1.3)),
-        Row::new(
-            "100 agents, 203 processes, recording",
-            on_100,
-            Some(barrier_100),
-            Bound::Growth(grown(on_100, 100), 1.3),
-        ),
+        Row::new("50 agents, 103 processes, recording", on_50, Some(barrier_50), grown(on_50, 50)),
+        Row::new("100 agents, 203 processes, recording", on_100, Some(barrier_100), grown(on_100, 100)),
+        Row::new("start of 203 processes", start, None, Bound::Seconds(5.0)),
+        Row::new("end of 203 processes", end, None, Bound::Seconds(2.0)),
+        Row::new("largest private memory of a process", memory, None, Bound::Bytes(15e6)),
     ];
     println!("{}", table(&rows));
     Ok(())

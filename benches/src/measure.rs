@@ -25,8 +25,21 @@ pub(crate) enum Recording {
     On,
 }
 
+/// What a run in processes takes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Taken {
+    /// Per step, s.
+    pub(crate) step: f64,
+    /// From the first process to the connection of the last, s.
+    pub(crate) start: f64,
+    /// From the last step to the end of the last process, s.
+    pub(crate) end: f64,
+    /// Largest private memory of a process, bytes.
+    pub(crate) memory: f64,
+}
+
 /// In a process per node and one for the conductor, all on one core.
-pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recording) -> Result<f64, Box<dyn Error>> {
+pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recording) -> Result<Taken, Box<dyn Error>> {
     let network = chain::network(agents);
     // The thread that compresses must not share the core of the participants.
     let mut log = beside_core(core, || Log::create(&network, recording))?;
@@ -34,23 +47,35 @@ pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recor
         let worker = |(index, node): (usize, &Node)| WorkerPlan { name: node.name.clone(), nodes: vec![index] };
         let workers: Vec<WorkerPlan> = network.nodes.iter().enumerate().map(worker).collect();
         let plan = Plan::new("bench", network, PERIOD, WARM_UP + steps, workers)?;
+        let start = Instant::now();
         let mut conductor = Conductor::new(RunDirectory::create("bench")?, plan, Settings::default())?;
         for worker in 0..chain::nodes(agents) {
             conductor.spawn(worker, Command::new(env::current_exe()?), Some(core))?;
         }
         conductor.wait_ready(Duration::from_secs(60))?;
+        let start = start.elapsed().as_secs_f64();
         conductor.set_recording(recording == Recording::On);
-        let seconds = time(steps, || {
+        let step = time(steps, || {
             let step = conductor.step()?;
             log.record(step, conductor.store())
         })?;
         if recording == Recording::On {
             check(agents, conductor.store(), WARM_UP + steps);
         }
+        let memory = (0..chain::nodes(agents)).filter_map(|worker| private_memory(conductor.pid(worker)?)).max();
+        let end = Instant::now();
         conductor.finish()?;
+        let end = end.elapsed().as_secs_f64();
         log.finish()?;
-        Ok(seconds)
+        Ok(Taken { step, start, end, memory: memory.unwrap_or(0) as f64 })
     })
+}
+
+/// Memory that a process shares with nobody, bytes.
+fn private_memory(pid: u32) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).ok()?;
+    let lines = text.lines().filter(|line| line.starts_with("Private_"));
+    Some(lines.filter_map(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok()).sum::<u64>() * 1024)
 }
 
 /// In this process.

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use engine::positive;
-pub(crate) use engine::{CtlArgs, CtlCommand, RunName, TopArgs, VerifyArgs};
+pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 
 use crate::commands;
 use crate::failure::{EXIT_CODES, Failure};

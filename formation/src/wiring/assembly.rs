@@ -156,10 +156,8 @@ impl Assembly {
         }
         apply_edges(&self.scenario, &mut self.network)?;
         check_groups(&self.scenario, &self.network)?;
-        if let Err(error) = self.network.phases() {
-            return Err(vec![self.scenario.problem("", error.to_string())]);
-        }
-        Ok(())
+        let phases = self.network.phases().map(drop);
+        phases.map_err(|error| vec![self.scenario.problem("", error.to_string())])
     }
 
     fn build(&self, index: usize) -> Result<(Node, Box<dyn Participant>), Vec<Problem>> {

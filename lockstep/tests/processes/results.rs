@@ -4,7 +4,7 @@ use lockstep::{
     Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
 };
 
-use crate::support::{Traces, settings, singles, start, workers};
+use crate::support::{Traces, eventually, settings, singles, start, workers};
 use crate::{chain, worker};
 
 const STEPS: u64 = 2200;
@@ -171,6 +171,53 @@ fn a_hundred_workers_in_one_phase() {
     }
     conductor.finish().unwrap();
     traces.assert_none();
+}
+
+#[test]
+fn two_hundred_processes_give_the_same_bits_and_leave_nothing() {
+    let (agents, steps) = (100, 50);
+    let network = chain::network(agents);
+    let participants = (0..chain::nodes(agents)).map(|node| chain::participant(agents, node)).collect();
+    let mut local = Local::new(network.clone(), participants, 1e-3).unwrap();
+    let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings(), "chain100");
+    let traces = Traces::of(&conductor);
+    for _ in 0..steps {
+        local.step().unwrap();
+        conductor.step().unwrap();
+    }
+    let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
+    assert_eq!(ours, theirs);
+    conductor.finish().unwrap();
+    traces.assert_none();
+}
+
+#[test]
+fn nobody_runs_ahead_of_a_conductor_that_does_not_want_it() {
+    let mut conductor = start(
+        "abreast",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        40,
+        settings(),
+        "chain",
+    );
+    let gauge = conductor.gauge();
+    conductor.set_ahead(0);
+    for step in 0..20 {
+        conductor.step().unwrap();
+        assert_eq!(gauge.read().completed, step + 1);
+    }
+    conductor.set_ahead(1000);
+    conductor.step().unwrap();
+    eventually("they run ahead", || gauge.read().completed == 28);
+    let snapshot = gauge.read();
+    assert_eq!(snapshot.awaited, ["plant"]);
+    assert!(snapshot.workers.iter().all(|worker| worker.runs == 28 && !worker.compute.is_zero()), "{snapshot:?}");
+    for _ in 21..40 {
+        conductor.step().unwrap();
+    }
+    conductor.finish().unwrap();
+    assert_eq!(gauge.read().completed, 40);
 }
 
 #[test]

@@ -56,6 +56,7 @@ pub(crate) fn participant(play: &str, plan: &Plan, node: usize) -> Box<dyn Parti
     let parts: Vec<&str> = play.split(':').collect();
     let inner = match parts[0] {
         "sum" => Box::new(Sum::of(plan, node)),
+        "chain100" => chain::participant(100, node),
         _ => chain::participant(chain::AGENTS, node),
     };
     match parts[..] {
