@@ -1,7 +1,7 @@
-//! The channels of a run as iceoryx2 services: one blackboard per node that writes, two cells per channel.
+//! The channels of a run as iceoryx2 services: one blackboard per node that writes, a ring of cells per channel.
 //!
 //! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
-//! (delayed edges), so every channel has a cell for even steps and one for odd steps.
+//! (delayed edges), and the conductor records several steps at a time; so every channel has cells for the last [`RING`] steps.
 
 use std::fmt::Debug;
 use std::path::Path;
@@ -19,6 +19,9 @@ use crate::{ChannelId, Network, Node, Store, directory};
 const ROOT: &str = "iox";
 /// Readers and nodes that may join a service beyond those of the plan: tools that look on.
 const SPARE: usize = 4;
+
+/// Cells of a channel: the sample of step k is replaced by that of step k + `RING`.
+pub(crate) const RING: u64 = 8;
 
 /// A service that could not be created or opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,7 +41,7 @@ pub(crate) struct Hub {
 /// The cells of one channel, to write.
 pub(crate) struct ChannelWriter {
     channel: ChannelId,
-    cells: [Box<dyn WriteCell>; 2],
+    cells: Vec<Box<dyn WriteCell>>,
 }
 
 /// The cells of one channel, to read.
@@ -46,7 +49,7 @@ pub(crate) struct ChannelReader {
     pub(crate) channel: ChannelId,
     /// Number of the node that writes it.
     writer: usize,
-    cells: [Box<dyn ReadCell>; 2],
+    cells: Vec<Box<dyn ReadCell>>,
 }
 
 /// A sample that is not the one that was due.
@@ -105,8 +108,8 @@ impl Hub {
             .max_nodes(readers + 2 + SPARE);
         for (port, &channel) in network.nodes[node].outputs.iter().enumerate() {
             let class = class_of(network, channel)?;
-            for parity in 0..2 {
-                creator = class.add(creator, key(port, parity));
+            for place in 0..RING {
+                creator = class.add(creator, key(port, place));
             }
         }
         let service = creator.create().map_err(error(format!("create service {name}")))?;
@@ -145,8 +148,8 @@ impl Board<'_> {
         let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
         let open = |(output, &channel): (usize, &ChannelId)| {
             let class = class_of(self.network, channel)?;
-            let cell = |parity| class.writer(&port, key(output, parity)).map_err(error(failed()));
-            Ok(ChannelWriter { channel, cells: [cell(0)?, cell(1)?] })
+            let cell = |place| class.writer(&port, key(output, place)).map_err(error(failed()));
+            Ok(ChannelWriter { channel, cells: (0..RING).map(cell).collect::<Result<_, _>>()? })
         };
         outputs.map(open).collect()
     }
@@ -161,8 +164,9 @@ impl Board<'_> {
         let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
         let open = |(output, &channel): (usize, &ChannelId)| {
             let class = class_of(self.network, channel)?;
-            let cell = |parity| class.reader(&port, key(output, parity)).map_err(error(failed()));
-            Ok(ChannelReader { channel, writer: self.node, cells: [cell(0)?, cell(1)?] })
+            let cell = |place| class.reader(&port, key(output, place)).map_err(error(failed()));
+            let cells = (0..RING).map(cell).collect::<Result<_, _>>()?;
+            Ok(ChannelReader { channel, writer: self.node, cells })
         };
         outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
     }
@@ -172,7 +176,7 @@ impl ChannelWriter {
     /// Publishes the sample of `step`, if there is one.
     pub(crate) fn publish(&mut self, store: &Store, step: u64) {
         if let Some(header) = store.header(self.channel, step) {
-            self.cells[(step % 2) as usize].write(header, store.read(self.channel, step));
+            self.cells[(step % RING) as usize].write(header, store.read(self.channel, step));
         }
     }
 }
@@ -184,7 +188,7 @@ impl ChannelReader {
     /// [`WrongStep`] if the cell holds another sample than the one that is due.
     pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
         let Some(expected) = network.nodes[self.writer].last_run(step) else { return Ok(()) };
-        let header = self.cells[(step % 2) as usize].read(store.write(self.channel, step));
+        let header = self.cells[(step % RING) as usize].read(store.write(self.channel, step));
         if header.step != expected {
             return Err(WrongStep { channel: self.channel, found: header.step, expected });
         }
@@ -207,8 +211,8 @@ fn service_name(node: &Node) -> String {
     format!("{}/out.0", node.name)
 }
 
-fn key(output: usize, parity: u64) -> u64 {
-    2 * output as u64 + parity
+fn key(output: usize, place: u64) -> u64 {
+    RING * output as u64 + place
 }
 
 fn class_of(network: &Network, channel: ChannelId) -> Result<&'static dyn SizeClass, ServiceError> {

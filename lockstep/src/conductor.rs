@@ -4,6 +4,7 @@ mod alarm;
 mod child;
 mod crew;
 mod error;
+mod gauge;
 mod lookout;
 mod poll;
 mod pump;
@@ -16,17 +17,16 @@ use std::time::{Duration, Instant};
 
 pub use alarm::Interrupt;
 pub use error::{Death, Late, RunError};
+pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
 
 use alarm::Alarm;
 use crew::Crew;
 use error::system;
 
-use crate::board::{ChannelReader, Hub};
+use crate::board::{ChannelReader, Hub, RING};
 use crate::page::Page;
-use crate::{Plan, RunDirectory, Store};
+use crate::{Plan, RunDirectory, Store, cores};
 
-/// How often the phase in progress is looked at while nothing happens, as a part of the deadline.
-const LOOKS_PER_DEADLINE: u32 = 8;
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
@@ -60,6 +60,8 @@ pub struct Conductor {
     directory: RunDirectory,
     settings: Settings,
     recording: bool,
+    /// How many steps the workers may be ahead of the step that is returned next.
+    ahead: u64,
     ready: bool,
     /// Whether a step has failed.
     failed: bool,
@@ -95,6 +97,7 @@ impl Conductor {
             directory,
             settings,
             recording: true,
+            ahead: RING - 1,
             ready: false,
             failed: false,
             next: 0,
@@ -140,7 +143,9 @@ impl Conductor {
         }
     }
 
-    /// Runs the next step and returns its number. If recording, all its samples are in [`store`](Self::store) then.
+    /// Waits for the next step and returns its number. If recording, all its samples are in [`store`](Self::store) then.
+    ///
+    /// The workers may be ahead of it, see [`set_ahead`](Self::set_ahead).
     ///
     /// # Errors
     /// [`RunError`]; the run is over then.
@@ -154,9 +159,8 @@ impl Conductor {
         if !self.ready {
             self.wait_ready(Duration::ZERO)?;
         }
-        self.look_around(step, None)?;
-        self.crew.alarm.page.begin(step);
-        self.await_phases(step)?;
+        self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
+        self.await_step(step)?;
         if self.recording {
             for reader in &self.readers {
                 reader
@@ -167,6 +171,15 @@ impl Conductor {
         self.next += 1;
         self.failed = false;
         Ok(step)
+    }
+
+    /// Lets the workers be up to `steps` ahead of the step that [`step`](Self::step) returns next; more than 7, which is the
+    /// default, counts as 7. It changes no bit of the result, and a run that fails still returns all steps before.
+    ///
+    /// The further ahead, the less often the conductor has to be woken. With 0 nobody runs before `step` is called: for
+    /// steps at given times, or if somebody looks at the participants in between. Steps that were allowed before still run.
+    pub fn set_ahead(&mut self, steps: u64) {
+        self.ahead = steps.min(RING - 1);
     }
 
     /// Whether [`step`](Self::step) fetches all samples (it does from the start). Without, a step is a little faster.
@@ -199,6 +212,21 @@ impl Conductor {
         Interrupt(Arc::clone(&self.crew.alarm))
     }
 
+    /// Moves the process of a worker to another core.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if the operating system refuses, or the worker is not spawned yet.
+    pub fn move_worker(&self, worker: usize, core: usize) -> Result<(), RunError> {
+        let failed = system(format!("move {} to core {core}", self.plan.workers[worker].name));
+        let pid = self.pid(worker).ok_or(std::io::ErrorKind::NotFound);
+        pid.map_err(Into::into).and_then(|pid| cores::move_to_core(pid, core)).map_err(failed)
+    }
+
+    /// A handle to look at the run's counters, also from another thread.
+    pub fn gauge(&self) -> Gauge {
+        Gauge::new(Arc::clone(&self.crew.alarm), &self.plan)
+    }
+
     /// Ends the run in order: tells all workers, gives them the grace period, kills who remains, removes all files.
     ///
     /// # Errors
@@ -208,33 +236,6 @@ impl Conductor {
         drop(crew);
         drop(readers);
         Ok(directory.close()?)
-    }
-
-    /// Waits for the end of the step.
-    fn await_phases(&self, step: u64) -> Result<(), RunError> {
-        let page = &self.crew.alarm.page;
-        let last = self.plan.phase_count() - 1;
-        let mut phase = 0;
-        let mut since = None;
-        loop {
-            // Before looking at anything: what happens after this look rings again.
-            let rings = page.rings();
-            if page.is_complete(last) {
-                return Ok(());
-            }
-            while phase < last && page.is_complete(phase) {
-                phase += 1;
-                since = None;
-            }
-            self.look_around(step, Some(phase))?;
-            let now = Instant::now();
-            let waited = now - *since.get_or_insert(now);
-            if waited >= self.settings.deadline {
-                let late = self.absent(phase).map(|worker| self.crew.late(worker)).collect();
-                return Err(RunError::Deadline { late, step, phase, waited });
-            }
-            page.sleep(rings, (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE));
-        }
     }
 }
 

@@ -1,8 +1,14 @@
 //! Cores of the machine, by the numbers that the kernel gives them.
 
+mod probe;
+mod slot;
+
 use std::io;
 
+pub use probe::wake_up_time;
+use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+pub use slot::CoreSlot;
 
 /// The cores that this process may use, in ascending order.
 ///
@@ -23,6 +29,26 @@ pub fn allowed_cores() -> io::Result<Vec<usize>> {
 /// If there is no such core, or if it is not allowed.
 pub fn pin_to_core(core: usize) -> io::Result<()> {
     settle(&only(core)?)
+}
+
+/// Keeps the calling thread, and all that it spawns from now on, off a core, if there is another one: for helpers that work
+/// beside a run that has the core.
+///
+/// # Errors
+/// If the operating system refuses.
+pub fn keep_off_core(core: usize) -> io::Result<()> {
+    let mut cores = sched_getaffinity(None)?;
+    if core < CpuSet::MAX_CPU && cores.is_set(core) && cores.count() > 1 {
+        cores.unset(core);
+        sched_setaffinity(None, &cores)?;
+    }
+    Ok(())
+}
+
+/// Moves the process `pid`, of one thread, to one core.
+pub(crate) fn move_to_core(pid: u32, core: usize) -> io::Result<()> {
+    let pid = Pid::from_raw(pid as i32).ok_or(io::ErrorKind::InvalidInput)?;
+    Ok(sched_setaffinity(Some(pid), &only(core)?)?)
 }
 
 /// What [`pin_to_core`] does, in a form that is allowed between fork and exec.

@@ -93,6 +93,31 @@ impl RunDirectory {
         Ok(removed)
     }
 
+    /// The names of this user's runs that are going on, in ascending order.
+    ///
+    /// # Errors
+    /// [`DirectoryError`] if the directory of all runs cannot be read.
+    pub fn list() -> Result<Vec<String>, DirectoryError> {
+        let parent = parent_path();
+        let entries = match fs::read_dir(&parent) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            result => result.map_err(at(&parent, "read"))?,
+        };
+        let is_alive = |path: &Path| {
+            let lock = File::open(path.join(LOCK_FILE));
+            lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
+        };
+        let alive = entries.filter_map(Result::ok).filter(|entry| is_alive(&entry.path()));
+        let mut names: Vec<String> = alive.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        Ok(names)
+    }
+
+    /// Where the directory of the run called `name` is, if there is such a run of this user.
+    pub fn path_of(name: &str) -> PathBuf {
+        parent_path().join(name)
+    }
+
     /// Name of the run.
     pub fn name(&self) -> &str {
         &self.name
@@ -153,7 +178,7 @@ struct Parent {
 impl Parent {
     fn lock() -> Result<Self, DirectoryError> {
         let user = rustix::process::getuid().as_raw();
-        let path = Path::new(SHARED_MEMORY).join(format!("phalanx-{user}"));
+        let path = parent_path();
         loop {
             match DirBuilder::new().mode(0o700).create(&path) {
                 Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(at(&path, "create")(error)),
@@ -186,6 +211,12 @@ impl Drop for Parent {
         // Only succeeds when no run is left, and then leaves nothing at all.
         let _ = fs::remove_dir(&self.path);
     }
+}
+
+/// The directory of all runs of this user.
+fn parent_path() -> PathBuf {
+    let user = rustix::process::getuid().as_raw();
+    Path::new(SHARED_MEMORY).join(format!("phalanx-{user}"))
 }
 
 /// Removes a run's shared memory, then its directory.

@@ -1,22 +1,29 @@
 //! One node, one step: what [`Local`](crate::Local) and a worker process do alike, so that both give the same bits.
 
-use crate::{Channel, Fault, Header, Io, Layout, Network, Participant, Ports, Status, Step, Store};
+use crate::{Channel, Fault, Header, Io, Network, Participant, Ports, Status, Step, Store};
 
 /// A participant in its place in the network.
 pub(crate) struct Member {
     /// Number of the node in the network.
     pub(crate) node: usize,
     ports: Ports,
+    /// Agent numbers of the outputs.
+    agents: Vec<u32>,
+    /// Whether the node runs at every step from the first.
+    always: bool,
     participant: Box<dyn Participant>,
 }
 
 impl Member {
     /// The participant of node number `node`.
     pub(crate) fn new(network: &Network, node: usize, participant: Box<dyn Participant>) -> Self {
-        Self { node, ports: Ports::of(&network.nodes[node]), participant }
+        let place = &network.nodes[node];
+        let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();
+        let always = place.every <= 1 && place.offset == 0;
+        Self { node, ports: Ports::of(place), agents, always, participant }
     }
 
-    /// Runs the node at `step`, or holds its last outputs if it is not its turn.
+    /// Runs the node at `step`, or holds its last outputs if it is not its turn. `stamp` is the [`stamp`] of the step.
     ///
     /// # Errors
     /// What the participant says, or that an output is not a finite number.
@@ -25,15 +32,17 @@ impl Member {
         network: &Network,
         store: &mut Store,
         step: &Step,
-        period_ns: u64,
+        stamp: &Header,
     ) -> Result<(), Fault> {
-        match network.nodes[self.node].last_run(step.index) {
+        let last_run = if self.always { Some(step.index) } else { network.nodes[self.node].last_run(step.index) };
+        match last_run {
             Some(run) if run == step.index => {
                 self.participant.step(step, &mut Io::new(store, &self.ports, step.index))?;
-                for &output in &self.ports.outputs {
-                    let channel = &network.channels[output.0];
-                    check_finite(channel, store.read(output, step.index))?;
-                    store.stamp(output, step.index, Header::new(step.index, period_ns, channel.agent, Status::Fresh));
+                for (&output, &agent) in self.ports.outputs.iter().zip(&self.agents) {
+                    if !all_finite(store.read(output, step.index)) {
+                        return Err(not_finite(&network.channels[output.0], store.read(output, step.index)));
+                    }
+                    store.stamp(output, step.index, Header { agent, ..*stamp });
                 }
             }
             Some(_) => self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index)),
@@ -44,15 +53,19 @@ impl Member {
     }
 }
 
+/// The header of all fresh samples of a step, but for the agent.
+pub(crate) fn stamp(step: &Step, period_ns: u64) -> Header {
+    Header::new(step.index, period_ns, 0, Status::Fresh)
+}
+
 /// A number that is not finite would spread over the whole formation within a few steps; it is stopped where it arises.
-fn check_finite(channel: &Channel, words: &[f64]) -> Result<(), Fault> {
-    match words.iter().position(|word| !word.is_finite()) {
-        None => Ok(()),
-        Some(at) => Err(not_finite(&channel.topic, &channel.layout, at, words[at])),
-    }
+fn all_finite(words: &[f64]) -> bool {
+    // Without an early end, so that several numbers are looked at in one instruction.
+    words.iter().fold(true, |finite, word| finite & word.is_finite())
 }
 
 #[cold]
-fn not_finite(topic: &str, layout: &Layout, at: usize, value: f64) -> Fault {
-    Fault(format!("output {topic}: {} is {value}", layout.label(at)))
+fn not_finite(channel: &Channel, words: &[f64]) -> Fault {
+    let at = words.iter().position(|word| !word.is_finite()).unwrap_or(0);
+    Fault(format!("output {}: {} is {}", channel.topic, channel.layout.label(at), words[at]))
 }

@@ -22,12 +22,15 @@ mod participant;
 mod plan;
 mod sample;
 mod store;
+mod ticks;
 mod worker;
 
 pub use board::ServiceError;
 pub use cell::MAX_WORDS;
-pub use conductor::{Conductor, Death, Interrupt, Late, RunError, Settings};
-pub use cores::{allowed_cores, pin_to_core};
+pub use conductor::{
+    Conductor, Death, Gauge, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
+};
+pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core, wake_up_time};
 pub use directory::{DirectoryError, RunDirectory};
 pub use layout::{Field, Layout, Shape};
 pub use local::{Local, StepError};

@@ -1,7 +1,13 @@
 //! All participants in one process: the same order, the same bits, no system call in a step.
 
-use crate::execute::Member;
-use crate::{Fault, LoopError, Network, Participant, Step, Store};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use crate::execute::{Member, stamp};
+use crate::{Fault, Gauge, LoopError, Network, Participant, Step, Store, ticks};
+
+/// One step in so many is timed: reading the clock around every participant would cost as much as the participants.
+const TIMED_EVERY: u64 = 64;
 
 /// A participant that could not compute its step.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -20,9 +26,33 @@ pub struct Local {
     /// Participants in order of execution.
     members: Vec<Member>,
     network: Network,
+    phases: Vec<usize>,
     store: Store,
     next: Step,
     period_ns: u64,
+    counts: Arc<LocalCounts>,
+}
+
+/// The counters of a run in one process.
+pub(crate) struct LocalCounts {
+    completed: AtomicU64,
+    timed: AtomicU64,
+    /// By node, of the timed steps together.
+    ticks: Vec<AtomicU64>,
+}
+
+impl LocalCounts {
+    fn new(nodes: usize) -> Self {
+        let ticks = (0..nodes).map(|_| AtomicU64::new(0)).collect();
+        Self { completed: AtomicU64::new(0), timed: AtomicU64::new(0), ticks }
+    }
+
+    /// Complete steps, and by node the ticks that all of them took, as far as the timed ones tell.
+    pub(crate) fn read(&self) -> (u64, Vec<u64>) {
+        let (completed, timed) = (self.completed.load(Relaxed), self.timed.load(Relaxed).max(1));
+        let scale = completed as f64 / timed as f64;
+        (completed, self.ticks.iter().map(|ticks| (ticks.load(Relaxed) as f64 * scale) as u64).collect())
+    }
 }
 
 impl Local {
@@ -43,7 +73,8 @@ impl Local {
         members.sort_by_key(|member| phases[member.node]);
         let store = Store::new(network.channels.iter().map(|channel| &channel.layout));
         let period_ns = (dt * 1e9).round() as u64;
-        Ok(Self { members, network, store, next: Step { index: 0, dt }, period_ns })
+        let counts = Arc::new(LocalCounts::new(members.len()));
+        Ok(Self { members, network, phases, store, next: Step { index: 0, dt }, period_ns, counts })
     }
 
     /// Runs one step of everybody and returns its number. Nodes that run at a lower rate hold their outputs in between.
@@ -52,20 +83,39 @@ impl Local {
     /// [`StepError`] if a participant faults or an output is not finite; the run cannot go on then.
     pub fn step(&mut self) -> Result<u64, StepError> {
         let step = self.next;
+        let stamp = stamp(&step, self.period_ns);
+        let timed = step.index.is_multiple_of(TIMED_EVERY);
         for member in &mut self.members {
-            member.run(&self.network, &mut self.store, &step, self.period_ns).map_err(|fault| StepError {
+            let start = if timed { ticks::now() } else { 0 };
+            member.run(&self.network, &mut self.store, &step, &stamp).map_err(|fault| StepError {
                 node: self.network.nodes[member.node].name.clone(),
                 step: step.index,
                 fault,
             })?;
+            if timed {
+                self.counts.ticks[member.node].fetch_add(ticks::now().saturating_sub(start), Relaxed);
+            }
         }
         self.next.index += 1;
+        self.counts.completed.store(self.next.index, Relaxed);
+        if timed {
+            self.counts.timed.fetch_add(1, Relaxed);
+        }
         Ok(step.index)
     }
 
     /// The samples of the last two steps.
     pub fn store(&self) -> &Store {
         &self.store
+    }
+
+    /// A handle to look at the run's counters, also from another thread. Times are those of one step in 64.
+    pub fn gauge(&self) -> Gauge {
+        let names = self.network.nodes.iter().map(|node| node.name.clone()).collect();
+        let last = self.phases.iter().copied().max().unwrap_or(0);
+        let nodes = 0..self.phases.len();
+        let members = (0..=last).map(|phase| nodes.clone().filter(|&node| self.phases[node] == phase).collect());
+        Gauge::local(Arc::clone(&self.counts), names, members.collect())
     }
 
     /// The network that runs.

@@ -2,14 +2,22 @@
 //!
 //! It is an anonymous file inherited by the children: it has no name, so nothing is left of it when the last process ends.
 //!
-//! A step goes through the phases like this. The conductor clears the arrivals and opens the gate of phase 0. Every worker
-//! of the phase runs and sets its bit; whoever sets the last bit opens the gate of the next phase, or, after the last phase,
-//! rings the bell for the conductor. So a phase takes one wake-up per worker and the whole step one for the conductor. The
-//! bits are the truth about who is where; gates and bell only wake.
+//! A step goes through the phases like this. Every worker of an open phase runs and sets its bit; whoever sets the last bit
+//! opens the gate of the next phase, and after the last phase that of the next step, if the conductor has allowed it already.
+//! So a phase takes one wake-up per worker, and the conductor is woken once in several steps: when as many are complete as it
+//! waits for. The bits are the truth about who is where; gates and bell only wake.
+//!
+//! Two may want to open a step at once: the worker that completes the step before, and the conductor that allows it. Each
+//! first writes what the other looks at and then looks (`completed` and `limit`), so that at least one of them finds both; and
+//! `opened` lets only one of them do it. The same order keeps the conductor from sleeping through what it waits for.
 
 mod memory;
+mod tally;
 
-use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::sync::atomic::{
+    AtomicU32,
+    Ordering::{Relaxed, SeqCst},
+};
 use std::time::Duration;
 
 use rustix::event::Timespec;
@@ -17,6 +25,9 @@ use rustix::thread::futex;
 
 use memory::MESSAGE_BYTES;
 pub(crate) use memory::Page;
+pub(crate) use tally::{Run, Watch};
+
+use crate::ticks;
 
 /// Bit of a gate that says: no further step.
 const STOP: u32 = 1 << 31;
@@ -42,25 +53,46 @@ pub(crate) struct Report {
 
 /// The conductor's side.
 impl Page {
-    /// Opens a step: nobody has arrived anywhere, and phase 0 may go.
-    pub(crate) fn begin(&self, step: u64) {
-        for phase in (0..self.phases).map(|phase| self.phase(phase)) {
-            phase.summary.store(0, SeqCst);
-            let words = phase.members.load(SeqCst).div_ceil(64) as usize;
-            phase.masks[..words].iter().for_each(|mask| mask.store(0, SeqCst));
+    /// Lets all steps below `limit` run, without anybody asking the conductor in between.
+    pub(crate) fn allow(&self, limit: u64) {
+        let pace = &self.head().pace;
+        pace.limit.store(limit, SeqCst);
+        let completed = pace.completed.load(SeqCst);
+        if completed < limit {
+            self.open_step(completed);
         }
-        self.open_gate(0, step);
     }
 
-    /// Whether all workers of a phase have arrived.
-    pub(crate) fn is_complete(&self, phase: usize) -> bool {
-        let phase = self.phase(phase);
-        phase.summary.load(SeqCst) == full(phase.members.load(SeqCst).div_ceil(64))
+    /// How many steps are complete.
+    pub(crate) fn completed(&self) -> u64 {
+        self.head().pace.completed.load(SeqCst)
     }
 
-    /// Whether the worker at `position` in a phase has arrived.
-    pub(crate) fn has_arrived(&self, phase: usize, position: usize) -> bool {
-        self.phase(phase).masks[position / 64].load(SeqCst) & 1 << (position % 64) != 0
+    /// Asks to be woken once `steps` are complete; `false` if they are.
+    pub(crate) fn ask_for(&self, steps: u64) -> bool {
+        self.head().pace.wake_at.store(steps, SeqCst);
+        self.completed() < steps
+    }
+
+    /// The first phase of `step` that is not complete; `None` if all are.
+    pub(crate) fn phase_of(&self, step: u64) -> Option<usize> {
+        (0..self.phases).find(|&phase| !self.is_complete(phase, step))
+    }
+
+    /// Whether all workers of a phase have arrived at `step`.
+    fn is_complete(&self, phase: usize, step: u64) -> bool {
+        let place = self.phase(phase);
+        // Arrivals belong to the step that the gate shows.
+        self.is_open(phase, step) && place.summary.load(SeqCst) == full(place.members.load(SeqCst).div_ceil(64))
+    }
+
+    fn is_open(&self, phase: usize, step: u64) -> bool {
+        self.phase(phase).gate.load(SeqCst) & !STOP == released(step)
+    }
+
+    /// Whether the worker at `position` in a phase has arrived at `step`, which must be in progress.
+    pub(crate) fn has_arrived(&self, phase: usize, position: usize, step: u64) -> bool {
+        self.is_open(phase, step) && self.phase(phase).masks[position / 64].load(SeqCst) & 1 << (position % 64) != 0
     }
 
     /// How often the bell has been rung.
@@ -132,21 +164,36 @@ impl Page {
         }
     }
 
-    /// The worker at `position` in a phase is done with it; the last one lets the run go on.
-    pub(crate) fn arrive(&self, phase: usize, position: usize, step: u64) {
+    /// The worker at `position` in a phase is done with it; the last one lets the run go on and is told that it was.
+    pub(crate) fn arrive(&self, phase: usize, position: usize, step: u64) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
         let (word, bit) = (position / 64, 1 << (position % 64));
         let in_word = (members - 64 * word as u32).min(64);
         if place.masks[word].fetch_or(bit, SeqCst) | bit != full(in_word) {
-            return;
+            return false;
         }
         if place.summary.fetch_or(1 << word, SeqCst) | 1 << word != full(members.div_ceil(64)) {
-            return;
+            return false;
         }
         if phase + 1 < self.phases {
             self.open_gate(phase + 1, step);
         } else {
+            self.complete(step);
+        }
+        true
+    }
+
+    /// The step is complete: the next one may go if it is allowed, and the conductor is woken if it waits for this.
+    fn complete(&self, step: u64) {
+        let pace = &self.head().pace;
+        let completed = step + 1;
+        pace.completed.store(completed, SeqCst);
+        if completed < pace.limit.load(SeqCst) {
+            self.open_step(completed);
+        }
+        // Every number of steps is passed by, so the one that is waited for cannot be missed.
+        if completed == pace.wake_at.load(SeqCst) {
             self.ring();
         }
     }
@@ -185,8 +232,21 @@ impl Page {
         wake_all(&self.head().bell);
     }
 
+    /// Opens the first gate of `step`, all before it being complete, unless somebody else does.
+    fn open_step(&self, step: u64) {
+        if self.head().pace.opened.compare_exchange(step, step + 1, SeqCst, SeqCst).is_ok() {
+            self.open_gate(0, step);
+        }
+    }
+
+    /// Opens a gate, at which all workers of the phase wait or will wait; nobody has arrived then.
     fn open_gate(&self, phase: usize, step: u64) {
-        let gate = &self.phase(phase).gate;
+        let place = self.phase(phase);
+        place.summary.store(0, SeqCst);
+        let words = place.members.load(SeqCst).div_ceil(64) as usize;
+        place.masks[..words].iter().for_each(|mask| mask.store(0, SeqCst));
+        place.opened_at.store(ticks::now(), Relaxed);
+        let gate = &place.gate;
         // Not a plain store: a stop that comes in between must stay.
         let before = gate.load(SeqCst);
         if before & STOP == 0 && gate.compare_exchange(before, released(step), SeqCst, SeqCst).is_ok() {

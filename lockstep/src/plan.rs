@@ -43,6 +43,8 @@ pub struct Plan {
     pub steps: u64,
     /// The processes.
     pub workers: Vec<WorkerPlan>,
+    /// How many of its last runs every worker keeps for a trace; 0 at first, and without influence on any result.
+    pub traced: u32,
     digest: String,
 }
 
@@ -121,7 +123,8 @@ impl Plan {
         }
         // The division of two integers below 2^53 is the double nearest to the decimal number that people write.
         let dt = period_ns as f64 / 1e9;
-        let mut plan = Self { run: run.into(), network, phases, period_ns, dt, steps, workers, digest: String::new() };
+        let (run, digest) = (run.into(), String::new());
+        let mut plan = Self { run, network, phases, period_ns, dt, steps, workers, traced: 0, digest };
         plan.digest = plan.compute_digest();
         match (0..plan.phase_count()).find(|&phase| plan.members(phase).len() > MAX_MEMBERS) {
             Some(phase) => {

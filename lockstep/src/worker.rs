@@ -1,5 +1,6 @@
 //! What a process of a run does: connect, then run its participants whenever a gate opens.
 
+mod jitter;
 mod panics;
 mod seat;
 
@@ -9,10 +10,11 @@ use std::os::fd::{BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use jitter::Jitter;
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
 use crate::board::Hub;
-use crate::page::{FaultKind, Page, Report};
+use crate::page::{FaultKind, Page, Report, Watch};
 use crate::{Participant, Plan, Step, Store};
 
 /// Environment variable with the path of the run directory.
@@ -89,6 +91,8 @@ impl Post {
         let hub = Hub::join(&self.directory, &plan.run, &me.name).map_err(refusal)?;
         let mut seats = seat::take(plan, self.worker, &hub, participants).map_err(refusal)?;
         let mut store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
+        let mut watch = Watch::new(self.worker);
+        let mut jitter = Jitter::from_environment(self.worker);
         self.page.mark_ready(self.worker);
         for index in 0..plan.steps {
             let step = Step { index, dt: plan.dt };
@@ -96,8 +100,12 @@ impl Post {
                 if !self.page.await_gate(seat.phase, index) {
                     return Ok(());
                 }
+                let start = watch.start(&self.page, seat.phase);
+                jitter.as_mut().map(Jitter::delay);
                 seat.run(plan, &mut store, &step)?;
-                self.page.arrive(seat.phase, seat.position, index);
+                let end = watch.end(&self.page, seat.phase, index, start);
+                let last = self.page.arrive(seat.phase, seat.position, index);
+                watch.arrived(&self.page, seat.phase, end, last);
             }
         }
         Ok(())

@@ -56,6 +56,13 @@ pub struct HierarchicalUav {
     pub diff: Differentiation,
     /// Steps over which a smoothed derivative is taken and held.
     pub n_diff: u64,
+    /// The position loop runs at every so many steps, and holds the thrust and attitude that it asks for in between.
+    #[serde(default = "one")]
+    pub position_every: u64,
+}
+
+fn one() -> u64 {
+    1
 }
 
 /// What the controller has to track, and the disturbance that its observer reports.
@@ -75,6 +82,8 @@ pub struct HierarchicalUavController {
     gains: HierarchicalUav,
     vehicle: Quadcopter,
     slopes: SlopePair,
+    /// up, the acceleration that the position loop has asked for last.
+    push: Vector3<f64>,
     /// (T, τ1, τ2, τ3), N.
     pub input: [f64; 4],
     /// sp.
@@ -103,6 +112,7 @@ impl HierarchicalUavController {
             gains,
             vehicle,
             slopes: SlopePair::new(&settings),
+            push: zero,
             input: [0.0; 4],
             sliding_position: zero,
             sliding_attitude: zero,
@@ -122,12 +132,16 @@ impl HierarchicalUavController {
         disturbance: &Vector6<f64>,
     ) {
         let introduced = self.introduction(step.time()) * disturbance;
-        let push = self.position_loop(coordinates, velocities, reference, &introduced);
-        self.guide(&push);
-        (self.attitude_rate, self.attitude_acceleration) =
-            self.slopes.update(step.index, step.dt, &self.attitude_reference);
+        let every = self.gains.position_every;
+        if step.index.is_multiple_of(every) {
+            self.push = self.position_loop(coordinates, velocities, reference, &introduced);
+            self.guide();
+            // The attitude reference is a signal of the slow loop, and so are its derivatives.
+            let (run, period, reference) = (step.index / every, step.dt * every as f64, &self.attitude_reference);
+            (self.attitude_rate, self.attitude_acceleration) = self.slopes.update(run, period, reference);
+        }
         let turn = self.attitude_loop(coordinates, velocities, &introduced);
-        let thrust = self.vehicle.mass * push.z / (libm::cos(coordinates[3]) * libm::cos(coordinates[4])); // (7.43)
+        let thrust = self.vehicle.mass * self.push.z / (libm::cos(coordinates[3]) * libm::cos(coordinates[4])); // (7.43)
         let effect = self.vehicle.torque_effect();
         self.input = [thrust, turn[0] / effect[0], turn[1] / effect[1], turn[2] / effect[2]];
     }
@@ -163,7 +177,8 @@ impl HierarchicalUavController {
     }
 
     /// Roll and pitch that point the thrust along `push`. (7.31)
-    fn guide(&mut self, push: &Vector3<f64>) {
+    fn guide(&mut self) {
+        let push = &self.push;
         let (sin_yaw, cos_yaw) = (libm::sin(self.gains.psi_d), libm::cos(self.gains.psi_d));
         let roll = libm::asin((push.x * sin_yaw - push.y * cos_yaw) / push.norm());
         let pitch = libm::atan((push.x * cos_yaw + push.y * sin_yaw) / push.z);
@@ -204,6 +219,7 @@ impl Component for HierarchicalUav {
             .positive("gamma1", self.gamma1)
             .finite("gamma2", self.gamma2)
             .require(self.n_diff >= 1, "n_diff", "expected at least one step, found 0")
+            .require(self.position_every >= 1, "position_every", "expected at least one step, found 0")
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
@@ -220,10 +236,8 @@ impl Component for HierarchicalUav {
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
         let vehicle = context.agents[agent].nominal.quadcopter().ok_or_else(|| {
-            Refusal(
-                "the controller `hierarchical_uav` flies quadcopters; this vehicle has no thrust and no attitude"
-                    .into(),
-            )
+            let reason = "flies quadcopters; this vehicle has no thrust and no attitude";
+            Refusal(format!("the controller `hierarchical_uav` {reason}"))
         })?;
         Ok(Box::new(HierarchicalUavParticipant {
             controller: HierarchicalUavController::new(self.clone(), vehicle.clone()),

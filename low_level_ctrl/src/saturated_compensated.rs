@@ -173,7 +173,7 @@ mod tests {
     fn clipping_reverses_what_regulation_does_not() {
         let mut errors = far_away();
         let angle = 0.3 - std::f64::consts::FRAC_PI_6;
-        errors.position = Vector3::new(2.0 * angle.cos(), 2.0 * angle.sin(), 0.05);
+        errors.position = Vector3::new(2.0 * libm::cos(angle), 2.0 * libm::sin(angle), 0.05);
         errors.local_position = 2.0 * errors.position;
         let reversed = |regulation| {
             let controller = controller(regulation);

@@ -1,14 +1,18 @@
 //! The command line.
 
+mod engine;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use engine::positive;
+pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 
 use crate::commands;
-use crate::engine::Placement;
 use crate::failure::{EXIT_CODES, Failure};
+use crate::placement::Placement;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
@@ -34,6 +38,12 @@ enum Command {
     Thesis(ThesisArgs),
     /// Show what is in a log
     Info(InfoArgs),
+    /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
+    Verify(VerifyArgs),
+    /// Pause, step, resume or stop a run from another terminal
+    Ctl(CtlArgs),
+    /// Watch a run: steps per second, and where its processes spend their time
+    Top(TopArgs),
     /// Close the log of a killed run, so that every tool opens it
     Recover(RecoverArgs),
     /// Remove what dead runs left in shared memory
@@ -90,13 +100,20 @@ pub(crate) struct RunArgs {
     /// Record nothing and check nothing
     #[arg(long, conflicts_with = "out")]
     pub(crate) no_log: bool,
-    /// How the participants are spread over processes; changes no bit of the result
-    #[arg(long, value_enum, default_value_t = Placement::Processes)]
-    pub(crate) placement: Placement,
-    /// Cores of the processes: `auto` (all on one core, which is fastest for short steps), `none` (the operating system
-    /// decides) or the number of a core
+    /// How the participants are spread over processes; changes no bit of the result [default: groups if the scenario has
+    /// any, else processes]
+    #[arg(long, value_enum)]
+    pub(crate) placement: Option<Placement>,
+    /// Cores of the processes: `auto` (one core that no other run has taken; more if what the participants compute is worth
+    /// the wake-ups, which is measured), `none` (the operating system decides) or the number of a core
     #[arg(long, default_value = "auto")]
     pub(crate) pin: String,
+    /// Keep pace with the clock: so many simulated seconds per second
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = positive)]
+    pub(crate) realtime: Option<f64>,
+    /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
+    #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
+    pub(crate) profile: Option<Option<PathBuf>>,
     /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
     /// --swap "observer.2=python3 my_observer.py"; may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]
@@ -220,6 +237,9 @@ pub fn main() -> ExitCode {
         Command::Check(args) => commands::check::check(&args),
         Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
+        Command::Verify(args) => commands::verify::verify(&args),
+        Command::Ctl(args) => commands::ctl::ctl(&args),
+        Command::Top(args) => commands::top::top(&args),
         Command::Recover(args) => commands::recover::recover(&args),
         Command::Doctor(args) => commands::doctor::doctor(&args),
         Command::Completions { shell } => {
@@ -231,7 +251,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if !matches!(failure, Failure::Missed) {
+            if !matches!(failure, Failure::Missed | Failure::Different) {
                 eprintln!("error: {failure}");
             }
             ExitCode::from(failure.exit_code())

@@ -1,90 +1,84 @@
 //! The two ways to run a scenario: in this process, or in one process per participant.
 
 use std::process::Command;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
-    Conductor, Interrupt, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, WorkerPlan, pin_to_core,
+    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
 };
 
+use crate::control::Stop;
 use crate::failure::Failure;
+use crate::pinning::{Home, Spread};
+use crate::placement::Placement;
+use crate::stress::Stress;
 use crate::swap::Swap;
-
-/// How the participants are spread over processes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Placement {
-    /// Every participant is a process of its own.
-    Processes,
-    /// Observer and controller of an agent share a process.
-    Agents,
-    /// All participants run in this process.
-    Single,
-}
 
 /// How long all processes together may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
 
+/// How participants become processes.
+#[derive(Clone, Debug)]
+pub struct Staging {
+    /// How they are spread.
+    pub placement: Placement,
+    /// Participants that are programs of the user.
+    pub swaps: Vec<Swap>,
+    /// What is done to make the run stumble.
+    pub stress: Option<Stress>,
+    /// How many of its last runs every process keeps for a trace.
+    pub traced: u32,
+}
+
 /// A run that is ready for its first step.
 pub enum Engine {
     /// In this process.
-    Local(Box<Local>),
+    Local {
+        /// What runs.
+        local: Box<Local>,
+        /// Where its control socket is; a run without one is as good, but cannot be controlled.
+        directory: Option<RunDirectory>,
+    },
     /// In processes of their own.
-    Processes(Box<Conductor>),
-}
-
-/// Ends a run from another thread.
-#[derive(Clone)]
-pub struct Stop {
-    requested: Arc<AtomicBool>,
-    interrupt: Option<Interrupt>,
-}
-
-impl Stop {
-    /// Makes the current or the next step return as interrupted.
-    pub fn request(&self) {
-        self.requested.store(true, Ordering::SeqCst);
-        if let Some(interrupt) = &self.interrupt {
-            interrupt.raise();
-        }
-    }
-
-    /// Whether the end was requested.
-    pub fn is_requested(&self) -> bool {
-        self.requested.load(Ordering::Relaxed)
-    }
+    Processes {
+        /// Who runs them.
+        conductor: Box<Conductor>,
+        /// Where they run.
+        home: Home,
+    },
 }
 
 impl Engine {
-    /// Builds all participants in this process.
+    /// Builds all participants in this process, or starts the processes and waits until all are connected.
     ///
     /// # Errors
-    /// [`Failure::Invalid`] if a component cannot be built.
-    pub fn local(assembly: &Assembly) -> Result<Self, Failure> {
+    /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
+    /// connect.
+    pub fn start(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
+        match staging.placement {
+            Placement::Single => Self::local(assembly),
+            _ => Self::processes(assembly, staging, home),
+        }
+    }
+
+    fn local(assembly: &Assembly) -> Result<Self, Failure> {
         let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
         let participants = assembly.participants(&nodes)?;
         let dt = assembly.scenario.context.timing.dt;
         let local = Local::new(assembly.network.clone(), participants, dt)
             .map_err(|error| vec![assembly.scenario.problem("", error.to_string())])?;
-        Ok(Self::Local(Box::new(local)))
+        Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
     }
 
-    /// Starts a process for every group of participants and waits until all are connected.
-    ///
-    /// # Errors
-    /// [`Failure::Run`] if a process cannot be started or does not connect.
-    pub fn processes(
-        assembly: &Assembly,
-        placement: Placement,
-        core: Option<usize>,
-        swaps: &[Swap],
-    ) -> Result<Self, Failure> {
+    fn processes(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
-        let workers = groups(assembly, placement, swaps);
+        let mut workers = staging.placement.workers(assembly, &staging.swaps);
+        if let Some(stress) = &staging.stress {
+            stress.shuffle(&mut workers);
+        }
         let count = workers.len();
-        let plan = Plan::new(
+        let mut plan = Plan::new(
             &assembly.scenario.name,
             assembly.network.clone(),
             timing.period_ns(),
@@ -92,6 +86,7 @@ impl Engine {
             workers,
         )
         .map_err(RunError::from)?;
+        plan.traced = staging.traced;
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&assembly.scenario.name)?;
         let path = directory.path().join(SCENARIO_FILE);
@@ -101,7 +96,7 @@ impl Engine {
         let mut conductor = Conductor::new(directory, plan, Settings::default())?;
         for worker in 0..count {
             let name = &conductor.plan().workers[worker].name;
-            let command = match swaps.iter().find(|swap| swap.node == *name) {
+            let mut command = match staging.swaps.iter().find(|swap| swap.node == *name) {
                 Some(swap) => swap.command(),
                 None => {
                     let mut command = Command::new(&program);
@@ -109,13 +104,42 @@ impl Engine {
                     command
                 }
             };
-            conductor.spawn(worker, command, core)?;
+            if let Some(stress) = &staging.stress {
+                stress.disturb(&mut command);
+            }
+            let pid = conductor.spawn(worker, command, home.core)?;
+            if let Some(stress) = &staging.stress {
+                stress.set_priority(worker, pid);
+            }
         }
         conductor.wait_ready(START_TIMEOUT)?;
-        if let Some(core) = core {
+        if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
-        Ok(Self::Processes(Box::new(conductor)))
+        Ok(Self::Processes { conductor: Box::new(conductor), home })
+    }
+
+    /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
+    ///
+    /// # Errors
+    /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
+    pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
+        let Self::Processes { conductor, home: Home { slot: Some(slot), .. } } = self else { return Ok(None) };
+        let plan = conductor.plan();
+        let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
+        let figures = format!(
+            "other cores would save {:.0} us of computing per step and cost {:.0} us of wake-ups",
+            spread.gain * 1e6,
+            spread.cost * 1e6
+        );
+        if !spread.pays() {
+            let shared = if slot.shared { ", which it shares with another run" } else { "" };
+            return Ok(Some(format!("all processes on core {}{shared}: {figures}", slot.core)));
+        }
+        for (worker, &core) in spread.cores.iter().enumerate() {
+            conductor.move_worker(worker, core)?;
+        }
+        Ok(Some(format!("processes spread over {} cores: {figures}", cores.len())))
     }
 
     /// Runs one step of everybody and returns its number.
@@ -124,38 +148,67 @@ impl Engine {
     /// [`RunError`]; the run is over then.
     pub fn step(&mut self) -> Result<u64, RunError> {
         match self {
-            Engine::Local(local) => local.step().map_err(|StepError { node, step, fault }| RunError::Fault {
+            Engine::Local { local, .. } => local.step().map_err(|StepError { node, step, fault }| RunError::Fault {
                 node,
                 step,
                 message: fault.to_string(),
             }),
-            Engine::Processes(conductor) => conductor.step(),
+            Engine::Processes { conductor, .. } => conductor.step(),
         }
     }
 
     /// The samples of the step that ran last.
     pub fn store(&self) -> &Store {
         match self {
-            Engine::Local(local) => local.store(),
-            Engine::Processes(conductor) => conductor.store(),
+            Engine::Local { local, .. } => local.store(),
+            Engine::Processes { conductor, .. } => conductor.store(),
         }
     }
 
     /// Number of processes, this one included.
     pub fn process_count(&self) -> usize {
         match self {
-            Engine::Local(_) => 1,
-            Engine::Processes(conductor) => conductor.plan().workers.len() + 1,
+            Engine::Local { .. } => 1,
+            Engine::Processes { conductor, .. } => conductor.plan().workers.len() + 1,
         }
     }
 
     /// A handle that ends the run.
     pub fn stop(&self) -> Stop {
-        let interrupt = match self {
-            Engine::Local(_) => None,
-            Engine::Processes(conductor) => Some(conductor.interrupt()),
-        };
-        Stop { requested: Arc::new(AtomicBool::new(false)), interrupt }
+        match self {
+            Engine::Local { .. } => Stop::new(None),
+            Engine::Processes { conductor, .. } => Stop::new(Some(conductor.interrupt())),
+        }
+    }
+
+    /// The counters of the run.
+    pub fn gauge(&self) -> Gauge {
+        match self {
+            Engine::Local { local, .. } => local.gauge(),
+            Engine::Processes { conductor, .. } => conductor.gauge(),
+        }
+    }
+
+    /// Where the run keeps what belongs to it.
+    pub fn directory(&self) -> Option<&RunDirectory> {
+        match self {
+            Engine::Local { directory, .. } => directory.as_ref(),
+            Engine::Processes { conductor, .. } => Some(conductor.directory()),
+        }
+    }
+
+    /// Nobody runs ahead of the step that is asked for.
+    pub fn run_step_by_step(&mut self) {
+        if let Engine::Processes { conductor, .. } = self {
+            conductor.set_ahead(0);
+        }
+    }
+
+    /// Nothing is fetched from the processes, for a run that is not recorded.
+    pub fn fetch_nothing(&mut self) {
+        if let Engine::Processes { conductor, .. } = self {
+            conductor.set_recording(false);
+        }
     }
 
     /// Ends all processes and removes what they shared.
@@ -164,27 +217,16 @@ impl Engine {
     /// [`RunError`] if something cannot be removed.
     pub fn finish(self) -> Result<(), RunError> {
         match self {
-            Engine::Local(_) => Ok(()),
-            Engine::Processes(conductor) => conductor.finish(),
+            Engine::Local { directory, .. } => Ok(directory.map_or(Ok(()), RunDirectory::close)?),
+            Engine::Processes { conductor, .. } => conductor.finish(),
         }
     }
 }
 
-/// The processes of a placement and the nodes that each hosts.
-fn groups(assembly: &Assembly, placement: Placement, swaps: &[Swap]) -> Vec<WorkerPlan> {
-    let mut workers: Vec<WorkerPlan> = Vec::new();
-    for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
-        let swapped = swaps.iter().any(|swap| swap.node == node.name);
-        let name = match (placement, role.agents.as_slice()) {
-            _ if swapped => node.name.clone(),
-            (Placement::Single, _) => "all".to_string(),
-            (Placement::Agents, [agent]) if node.name.contains('_') => format!("agent_{}", agent + 1),
-            _ => node.name.clone(),
-        };
-        match workers.iter_mut().find(|worker| worker.name == name) {
-            Some(worker) => worker.nodes.push(index),
-            None => workers.push(WorkerPlan { name, nodes: vec![index] }),
-        }
-    }
-    workers
+/// The cores of this machine that a run may use. To be asked before any thread is pinned.
+///
+/// # Errors
+/// [`Failure::System`] if the operating system does not tell.
+pub fn cores() -> Result<Vec<usize>, Failure> {
+    allowed_cores().map_err(Failure::system("ask for the cores of this machine"))
 }

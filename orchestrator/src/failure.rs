@@ -12,6 +12,9 @@ pub enum Failure {
     /// A metric lies outside its band. Everything has been printed already.
     #[error("a metric is outside its band")]
     Missed,
+    /// Two logs differ. Everything has been printed already.
+    #[error("the logs differ")]
+    Different,
     /// The scenario or the command line is not valid; nothing was started.
     #[error("{}", list(.0))]
     Invalid(Vec<Problem>),
@@ -44,7 +47,7 @@ impl Failure {
     /// The exit code of the program. `phalanx --help` lists them.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::Missed => 1,
+            Failure::Missed | Failure::Different => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
             Failure::Run(_) => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,

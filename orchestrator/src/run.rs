@@ -5,12 +5,17 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use formation::wiring::Assembly;
-use lockstep::{ChannelId, Header, RunError, Status, Store};
+use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store};
 
-use crate::engine::{Engine, Placement, Stop};
+use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
+use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
 use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo, Summary};
+use crate::pinning::{Home, MEASURED_STEPS, Pin};
+use crate::placement::Placement;
+use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
+use crate::stress::Stress;
 use crate::swap::Swap;
 
 /// How a run is carried out. None of it changes a bit of the log.
@@ -20,12 +25,35 @@ pub struct Options {
     pub placement: Placement,
     /// Where the log goes; `None`: nothing is recorded.
     pub log: Option<PathBuf>,
-    /// The core for all processes; `None`: the operating system places them.
-    pub core: Option<usize>,
+    /// Which cores the processes use.
+    pub pin: Pin,
     /// Participants that are programs of the user.
     pub swaps: Vec<Swap>,
-    /// Whether progress is shown.
+    /// Whether progress is shown, and keys of the terminal are listened to.
     pub progress: bool,
+    /// Simulated seconds per second; `None`: as fast as possible.
+    pub pace: Option<f64>,
+    /// Where a trace of the last steps goes; `None`: nothing is traced.
+    pub trace: Option<PathBuf>,
+    /// What is done to make the run stumble.
+    pub stress: Option<Stress>,
+}
+
+impl Options {
+    /// As fast as possible, without a word, recorded into `log` if there is one.
+    pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
+        let (pin, swaps) = (Pin::Auto, Vec::new());
+        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None }
+    }
+
+    fn staging(&self) -> Staging {
+        Staging {
+            placement: self.placement,
+            swaps: self.swaps.clone(),
+            stress: self.stress,
+            traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
+        }
+    }
 }
 
 /// What came of a run.
@@ -43,6 +71,12 @@ pub struct Outcome {
     pub log: Option<Summary>,
     /// Why it ended before its time; the log reaches up to there.
     pub stopped: Option<RunError>,
+    /// Where its time went.
+    pub usage: Snapshot,
+    /// How well it kept the times that it was to keep.
+    pub pacing: Option<Pacing>,
+    /// How the cores were chosen, if they were.
+    pub cores: Option<String>,
 }
 
 impl Outcome {
@@ -58,24 +92,40 @@ impl Outcome {
 /// [`Failure`] if it cannot start, or if the log cannot be written. A run that starts but does not come to its end is an
 /// [`Outcome`] with [`Outcome::stopped`].
 pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) -> Result<Outcome, Failure> {
-    // Created first: its thread must not inherit the pinning of this one.
+    let cores = cores()?;
+    let home = if options.placement == Placement::Single { Home::default() } else { options.pin.take()? };
+    // Before the run starts: the thread that compresses must not share the core of the participants.
     let mut recorder = match &options.log {
         Some(path) => Some(create_log(path, assembly)?),
         None => None,
     };
-    let mut engine = match options.placement {
-        Placement::Single => Engine::local(assembly)?,
-        placement => Engine::processes(assembly, placement, options.core, &options.swaps)?,
-    };
+    let mut engine = Engine::start(assembly, &options.staging(), home)?;
     let stop = engine.stop();
     on_start(stop.clone());
     let timing = assembly.scenario.context.timing;
+    let server = serve(assembly, &engine, &stop);
+    let keys = if options.progress { Keys::listen(&stop) } else { None };
+    let mut pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
+    if pace.is_some() {
+        engine.run_step_by_step();
+    }
+    if recorder.is_none() {
+        engine.fetch_nothing();
+    }
+    let mut chosen = None;
     let mut progress = Progress::new(options.progress, timing.periods(), timing.dt);
     let start = Instant::now();
     let mut done = 0;
     let mut stopped = None;
-    let mut log_error = None;
+    let mut failure = None;
     for step in 0..=timing.periods() {
+        let waited = stop.await_turn(step);
+        if let Some(pace) = &mut pace {
+            if waited || step == 0 {
+                pace.restart(step);
+            }
+            pace.wait(step, &stop);
+        }
         let result = if stop.is_requested() { Err(RunError::Interrupted { step }) } else { engine.step() };
         if let Err(error) = result {
             stopped = Some(error);
@@ -85,21 +135,52 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
             && let Err(error) =
                 recorder.record(step, engine.store(), |channel| header(assembly, engine.store(), channel, step))
         {
-            log_error = Some(error);
+            failure = Some(error.into());
             break;
         }
         done = step;
         progress.at(step);
+        if step == MEASURED_STEPS {
+            match engine.settle(&cores) {
+                Ok(choice) => chosen = choice,
+                Err(error) => {
+                    failure = Some(error);
+                    break;
+                }
+            }
+        }
     }
     let wall = start.elapsed().as_secs_f64();
     progress.finish();
-    let processes = engine.process_count();
+    drop((server, keys));
+    let (processes, usage) = (engine.process_count(), engine.gauge().read());
+    if let (Some(path), Engine::Processes { conductor, .. }) = (&options.trace, &engine) {
+        let written = write_trace(path, &conductor.gauge(), conductor.plan());
+        written.map_err(Failure::system(format!("write the trace {}", path.display())))?;
+    }
     engine.finish()?;
-    if let Some(error) = log_error {
-        return Err(error.into());
+    if let Some(failure) = failure {
+        return Err(failure);
     }
     let log = recorder.map(Recorder::finish).transpose()?;
-    Ok(Outcome { steps: done, simulated: done as f64 * timing.dt, wall, processes, log, stopped })
+    let simulated = done as f64 * timing.dt;
+    let pacing = pace.map(Pace::finish);
+    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen })
+}
+
+/// Listens for `phalanx ctl` and `phalanx top`; a run that nobody can control is better than none.
+fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
+    let directory = engine.directory()?;
+    let timing = assembly.scenario.context.timing;
+    let about = About {
+        run: directory.name().into(),
+        scenario: assembly.scenario.name.clone(),
+        variant: assembly.scenario.variant.clone(),
+        dt: timing.dt,
+        periods: timing.periods(),
+        processes: engine.process_count(),
+    };
+    Server::start(directory.path(), about, stop.clone(), engine.gauge()).ok()
 }
 
 fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
@@ -107,11 +188,14 @@ fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
         std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
     }
     let scenario = &assembly.scenario;
-    let text = scenario.to_toml();
+    let text = scenario.to_record();
+    // What changes no bit of the result stays out of the log, so that equal results are equal logs.
+    let matters = |text: &&String| !text.starts_with("placement");
+    let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
     let metadata = BTreeMap::from([
         ("scenario".to_string(), scenario.name.clone()),
         ("variant".to_string(), scenario.variant.clone()),
-        ("overrides".to_string(), scenario.overrides.join("\n")),
+        ("overrides".to_string(), overrides.join("\n")),
         ("phalanx".to_string(), env!("CARGO_PKG_VERSION").to_string()),
         ("format".to_string(), "1".to_string()),
     ]);

@@ -79,7 +79,7 @@ mod tests {
         observer.states[1][0] = 0.2;
         observer.states[2][0] = -0.1;
         observer.advance(0.01, &Vector1::new(0.1), &Vector1::new(0.7));
-        let r1 = 3.0 * 10f64.powf(1.0 / 3.0) * 0.4f64.powf(2.0 / 3.0);
+        let r1 = 3.0 * libm::pow(10.0, 1.0 / 3.0) * libm::pow(0.4, 2.0 / 3.0);
         let r2 = 6.0 * 10f64.sqrt() * r1.sqrt();
         let expected = [0.5 + 0.01 * (-r1 + 0.2 + 0.7), 0.2 + 0.01 * (-r2 - 0.1), -0.1 - 0.01 * 30.0];
         for (state, expected) in observer.states.iter().zip(expected) {

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use lockstep::Timing;
+
 use super::overrides::{Override, apply, override_problem};
+use super::wishes::{read_edges, read_groups};
 use super::{Context, Expectation};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
@@ -36,6 +39,10 @@ pub struct Scenario {
     pub context: Context,
     /// Whether every agent's plant is a participant of its own.
     pub plant_per_agent: bool,
+    /// Participants that share a process, by process; empty if the scenario does not say.
+    pub groups: Vec<Vec<String>>,
+    /// Edges `reader <- writer` whose timing is not that of their components.
+    pub edges: Vec<(String, Timing)>,
     /// Which set of metrics applies; empty if none.
     pub metrics: String,
     /// What should come out, by metric.
@@ -58,6 +65,8 @@ const SECTIONS: &[&str] = &[
     "reference",
     "disturbance",
     "obstacles",
+    "edges",
+    "placement",
     "plant",
     "planner",
     "observer",
@@ -134,6 +143,8 @@ impl Scenario {
             None => false,
         };
         check_rates(&root, problems);
+        let groups = read_groups(&root, problems);
+        let edges = read_edges(&root, problems);
         Some(Self {
             name,
             title,
@@ -143,6 +154,8 @@ impl Scenario {
             overrides: selection.overrides.clone(),
             context: Context::read(&root, problems)?,
             plant_per_agent,
+            groups,
+            edges,
             metrics,
             expectations,
             root,
@@ -165,6 +178,15 @@ impl Scenario {
     /// The effective scenario as TOML: the variant and all overrides applied. Loading it again gives this scenario.
     pub fn to_toml(&self) -> String {
         self.root.to_toml()
+    }
+
+    /// The same without `[placement]`, which changes no bit of the result and does not belong into a log.
+    pub fn to_record(&self) -> String {
+        let mut root = self.root.clone();
+        if let Some(table) = root.as_table_mut() {
+            table.remove("placement");
+        }
+        root.to_toml()
     }
 
     /// A problem at `path`, or at the closest place above it that exists.

@@ -13,6 +13,7 @@ mod obstacles;
 mod overrides;
 mod proximity;
 mod timing;
+mod wishes;
 
 pub use agents::Agent;
 pub use context::{Context, Disturbance};

@@ -3,6 +3,7 @@
 use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
 
+use super::wishes::{apply_edges, check_groups};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
 use crate::scenario::{Scenario, Selection};
@@ -150,14 +151,13 @@ impl Assembly {
             }
         }
         if !problems.is_empty() {
-            // The same component fails for every agent; one report is enough.
-            problems.dedup_by(|a, b| a.path == b.path);
+            problems.dedup_by(|a, b| a.path == b.path); // the same component fails for every agent
             return Err(problems);
         }
-        if let Err(error) = self.network.phases() {
-            return Err(vec![self.scenario.problem("", error.to_string())]);
-        }
-        Ok(())
+        apply_edges(&self.scenario, &mut self.network)?;
+        check_groups(&self.scenario, &self.network)?;
+        let phases = self.network.phases().map(drop);
+        phases.map_err(|error| vec![self.scenario.problem("", error.to_string())])
     }
 
     fn build(&self, index: usize) -> Result<(Node, Box<dyn Participant>), Vec<Problem>> {

@@ -179,7 +179,10 @@ impl<'a> Bind<'a> {
             return Err(Refusal(format!("{}, which offers only {}", needs(), offered.join(", "))));
         };
         let input = Input { channel, timing };
-        match self.inputs.iter().position(|known| *known == input) {
+        // A scenario may have changed the timing of a planned edge.
+        let planned = |known: &Input| self.fixed && known.channel == channel;
+        let exact = self.inputs.iter().position(|known| *known == input);
+        match exact.or_else(|| self.inputs.iter().position(planned)) {
             Some(port) => Ok((port, offset)),
             None if self.fixed => {
                 Err(Refusal(format!("{}, which the participant that it replaces does not read", needs())))

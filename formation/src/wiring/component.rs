@@ -8,7 +8,7 @@ use crate::config::{Node, PerAgent, Problems, read};
 use crate::scenario::Context;
 
 /// The parameters of a component, read from its section of the scenario.
-pub trait Component: Send {
+pub trait Component: Send + Sync {
     /// Parameters out of their admissible range, or demands on the scenario that it does not meet.
     fn check(&self, context: &Context) -> Checks {
         let _ = context;

@@ -1,4 +1,4 @@
-//! The smallest formation: a plant, a planner, six observers and six controllers that exchange vectors of 12 numbers.
+//! The smallest formation: a plant, a planner, and an observer and a controller per agent that exchange vectors of 12 numbers.
 
 use lockstep::{
     Channel, ChannelId, Fault, Field, In, Input, Io, Layout, Network, Node, Out, Participant, Step, Store, Timing,
@@ -6,18 +6,23 @@ use lockstep::{
 
 /// Numbers in a sample.
 pub(crate) const WIDTH: usize = 12;
-/// Observers, and controllers.
+/// Agents of the formation that gave it its name.
 pub(crate) const AGENTS: usize = 6;
-/// Nodes: the plant, the planner, the observers, the controllers.
-pub(crate) const NODES: usize = 2 + 2 * AGENTS;
+/// Nodes of that one: the plant, the planner, the observers, the controllers.
+pub(crate) const NODES: usize = nodes(AGENTS);
 
 type Vector = [f64; WIDTH];
 
+/// Number of nodes with so many agents.
+pub(crate) const fn nodes(agents: usize) -> usize {
+    2 + 2 * agents
+}
+
 /// The nodes and channels. Channel i is the output of node i.
-pub(crate) fn network() -> Network {
+pub(crate) fn network(agents: usize) -> Network {
     let mut names = vec!["plant".to_string(), "planner".to_string()];
-    names.extend((1..=AGENTS).map(|agent| format!("observer_{agent}")));
-    names.extend((1..=AGENTS).map(|agent| format!("controller_{agent}")));
+    names.extend((1..=agents).map(|agent| format!("observer_{agent}")));
+    names.extend((1..=agents).map(|agent| format!("controller_{agent}")));
     let same_step = |node: usize| Input { channel: ChannelId(node), timing: Timing::SameStep };
     let delayed = |node: usize| Input { channel: ChannelId(node), timing: Timing::Delayed };
     let channel = |name: &String| Channel {
@@ -27,10 +32,10 @@ pub(crate) fn network() -> Network {
     };
     let node = |(index, name): (usize, &String)| {
         let inputs = match index {
-            0 => (0..AGENTS).map(|agent| delayed(2 + AGENTS + agent)).collect(),
+            0 => (0..agents).map(|agent| delayed(2 + agents + agent)).collect(),
             1 => vec![same_step(0)],
-            observer if observer < 2 + AGENTS => vec![same_step(0), same_step(1)],
-            controller => vec![same_step(0), same_step(1), same_step(controller - AGENTS)],
+            observer if observer < 2 + agents => vec![same_step(0), same_step(1)],
+            controller => vec![same_step(0), same_step(1), same_step(controller - agents)],
         };
         Node { name: name.clone(), inputs, outputs: vec![ChannelId(index)], every: 1, offset: 0 }
     };
@@ -38,24 +43,24 @@ pub(crate) fn network() -> Network {
 }
 
 /// The participant of a node of [`network`].
-pub(crate) fn participant(node: usize) -> Box<dyn Participant> {
+pub(crate) fn participant(agents: usize, node: usize) -> Box<dyn Participant> {
     match node {
-        0 => Box::new(Plant { x: std::array::from_fn(|j| j as f64) }),
+        0 => Box::new(Plant { agents, x: std::array::from_fn(|j| j as f64) }),
         1 => Box::new(Planner { w: std::array::from_fn(|j| 0.01 * j as f64) }),
-        observer if observer < 2 + AGENTS => Box::new(Observer { z: [0.0; WIDTH] }),
-        controller => Box::new(Controller { gain: 0.01 * (controller - 2 - AGENTS + 1) as f64 }),
+        observer if observer < 2 + agents => Box::new(Observer { z: [0.0; WIDTH] }),
+        controller => Box::new(Controller { gain: 0.01 * (controller - 2 - agents + 1) as f64 }),
     }
 }
 
 /// What identifies the result: the sum of the plant's state after `step`, the last that was run, bit by bit.
-pub(crate) fn digest(store: &Store, step: u64) -> String {
+pub(crate) fn digest(agents: usize, store: &Store, step: u64) -> String {
     let read = |channel| {
         let mut value = [0.0; WIDTH];
         value.copy_from_slice(store.read(ChannelId(channel), step));
         value
     };
     let mut x = read(0);
-    move_on(&mut x, |agent| read(2 + AGENTS + agent));
+    move_on(&mut x, agents, |agent| read(2 + agents + agent));
     let sum = x.iter().fold(0.0, |sum, value| sum + value);
     format!("{:016x}", sum.to_bits())
 }
@@ -68,25 +73,24 @@ fn publish(io: &mut Io, value: Vector) {
     io.set(Out::new(0, 0), value);
 }
 
-fn move_on(x: &mut Vector, command: impl Fn(usize) -> Vector) {
-    let commands: [Vector; AGENTS] = std::array::from_fn(command);
-    for (j, value) in x.iter_mut().enumerate() {
-        let mut sum = 0.0;
-        for command in &commands {
-            sum += command[j];
-        }
-        *value += 0.01 * sum;
+fn move_on(x: &mut Vector, agents: usize, command: impl Fn(usize) -> Vector) {
+    let mut sum = [0.0; WIDTH];
+    for agent in 0..agents {
+        let command = command(agent);
+        sum.iter_mut().zip(command).for_each(|(sum, value)| *sum += value);
     }
+    x.iter_mut().zip(sum).for_each(|(value, sum)| *value += 0.01 * sum);
 }
 
 struct Plant {
+    agents: usize,
     x: Vector,
 }
 
 impl Participant for Plant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
         if !step.is_first() {
-            move_on(&mut self.x, |agent| io.get(input(agent)));
+            move_on(&mut self.x, self.agents, |agent| io.get(input(agent)));
         }
         publish(io, self.x);
         Ok(())

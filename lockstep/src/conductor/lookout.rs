@@ -8,12 +8,53 @@ use crate::page::{FaultKind, Report};
 /// How long the others of a phase are given to report a fault, too, so that it does not depend on chance whose is told.
 const OTHER_FAULTS: Duration = Duration::from_secs(1);
 
+/// How often the phase in progress is looked at while nothing happens, as a part of the deadline.
+const LOOKS_PER_DEADLINE: u32 = 8;
+
 impl Conductor {
-    /// The workers that have not arrived in `phase`.
-    pub(super) fn absent(&self, phase: usize) -> impl Iterator<Item = usize> {
+    /// Waits until `step` is complete.
+    pub(super) fn await_step(&self, step: u64) -> Result<(), RunError> {
+        let page = &self.crew.alarm.page;
+        // Nobody needs the conductor before all that is allowed is done; woken half-way, it is back in time.
+        let enough = (step + 1 + self.ahead / 2).min(self.plan.steps);
+        let mut progress = None;
+        let mut since = Instant::now();
+        loop {
+            // Before looking at anything: what happens after this look rings again.
+            let rings = page.rings();
+            if self.crew.alarm.is_interrupted() {
+                return Err(RunError::Interrupted { step });
+            }
+            if page.completed() > step {
+                return Ok(());
+            }
+            let phase = page.phase_of(step);
+            if let Err(error) = self.look_around(step, phase) {
+                // A step that was completed in the meantime is not lost to what happened after it.
+                let complete = page.completed() > step && !matches!(error, RunError::Interrupted { .. });
+                return if complete { Ok(()) } else { Err(error) };
+            }
+            let now = Instant::now();
+            if progress != Some(phase) {
+                (progress, since) = (Some(phase), now);
+            }
+            let waited = now - since;
+            if waited >= self.settings.deadline {
+                let phase = phase.unwrap_or(0);
+                let late = self.absent(phase, step).map(|worker| self.crew.late(worker)).collect();
+                return Err(RunError::Deadline { late, step, phase, waited });
+            }
+            if page.ask_for(enough) {
+                page.sleep(rings, (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE));
+            }
+        }
+    }
+
+    /// The workers that have not arrived in `phase` of `step`, which is in progress.
+    pub(super) fn absent(&self, phase: usize, step: u64) -> impl Iterator<Item = usize> {
         let members = self.plan.members(phase).into_iter().enumerate();
         members
-            .filter(move |&(position, _)| !self.crew.alarm.page.has_arrived(phase, position))
+            .filter(move |&(position, _)| !self.crew.alarm.page.has_arrived(phase, position, step))
             .map(|(_, worker)| worker)
     }
 
@@ -39,7 +80,7 @@ impl Conductor {
     /// A worker may end once it has done its part of the last step.
     fn may_end(&self, worker: usize, death: Death, step: u64) -> bool {
         let has_done_all =
-            || (0..self.plan.phase_count()).all(|phase| !self.absent(phase).any(|absent| absent == worker));
+            || (0..self.plan.phase_count()).all(|phase| !self.absent(phase, step).any(|absent| absent == worker));
         death == Death::Exit(0) && step + 1 == self.plan.steps && has_done_all()
     }
 
@@ -60,7 +101,7 @@ impl Conductor {
             }
             let phase = self.plan.phases.get(first.node).copied().unwrap_or(0);
             let is_silent = |worker| !alarm.is_dead(worker) && alarm.page.report(worker).is_none();
-            if start.elapsed() > OTHER_FAULTS || !self.absent(phase).any(is_silent) {
+            if start.elapsed() > OTHER_FAULTS || !self.absent(phase, first.step).any(is_silent) {
                 let node = self.plan.network.nodes.get(first.node).map_or("a node", |node| &node.name);
                 return RunError::Fault { node: node.into(), step: first.step, message: first.message.clone() };
             }

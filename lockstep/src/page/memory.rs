@@ -9,10 +9,11 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::SeqCst};
 use rustix::fs::{MemfdFlags, SealFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 
+use super::tally::{Event, Tally};
 use crate::plan::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx1");
+const MAGIC: u64 = u64::from_le_bytes(*b"phalanx2");
 /// Bytes of a message in a slot.
 pub(super) const MESSAGE_BYTES: usize = 1000;
 
@@ -25,6 +26,21 @@ pub(super) struct Head {
     pub(super) ready: AtomicU32,
     /// How many workers have filled their fault slot.
     pub(super) faults: AtomicU32,
+    /// The pace of the run; on a line of its own, because every step writes here.
+    pub(super) pace: Pace,
+}
+
+/// How far the run is and how far it may go, in numbers of steps.
+#[repr(C, align(128))]
+pub(super) struct Pace {
+    /// Steps below this may run.
+    pub(super) limit: AtomicU64,
+    /// Steps whose first gate somebody has taken on to open; who raises it opens the gate, nobody else.
+    pub(super) opened: AtomicU64,
+    /// Steps that are complete.
+    pub(super) completed: AtomicU64,
+    /// The conductor wants to be woken as soon as so many are complete.
+    pub(super) wake_at: AtomicU64,
 }
 
 #[repr(C, align(128))]
@@ -35,6 +51,10 @@ pub(super) struct Phase {
     pub(super) members: AtomicU32,
     /// Which of the masks are full.
     pub(super) summary: AtomicU64,
+    /// When the gate was opened last, in ticks; written before it opens.
+    pub(super) opened_at: AtomicU64,
+    /// How long the phase has lasted in all steps together, in ticks.
+    pub(super) lasted: AtomicU64,
     /// Who has arrived, 64 workers to a word.
     pub(super) masks: [AtomicU64; MAX_MEMBERS / 64],
 }
@@ -48,6 +68,7 @@ pub(super) struct Slot {
     pub(super) step: AtomicU64,
     pub(super) node: AtomicU32,
     pub(super) length: AtomicU32,
+    pub(super) tally: Tally,
     pub(super) message: [AtomicU8; MESSAGE_BYTES],
 }
 
@@ -57,6 +78,8 @@ pub(crate) struct Page {
     bytes: usize,
     pub(super) phases: usize,
     pub(super) workers: usize,
+    /// Runs of every worker that are kept for a trace.
+    pub(super) traced: usize,
     file: OwnedFd,
 }
 
@@ -65,8 +88,11 @@ unsafe impl Send for Page {}
 // SAFETY: as above.
 unsafe impl Sync for Page {}
 
-fn size(phases: usize, workers: usize) -> usize {
-    size_of::<Head>() + phases * size_of::<Phase>() + workers * size_of::<Slot>()
+fn size(plan: &Plan) -> usize {
+    let (phases, workers) = (plan.phase_count(), plan.workers.len());
+    size_of::<Head>()
+        + phases * size_of::<Phase>()
+        + workers * (size_of::<Slot>() + plan.traced as usize * size_of::<Event>())
 }
 
 impl Page {
@@ -74,7 +100,7 @@ impl Page {
     pub(crate) fn create(plan: &Plan) -> io::Result<Self> {
         let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
         let file = rustix::fs::memfd_create("phalanx", flags)?;
-        rustix::fs::ftruncate(&file, size(plan.phase_count(), plan.workers.len()) as u64)?;
+        rustix::fs::ftruncate(&file, size(plan) as u64)?;
         // A child that cut the file short would kill everybody who touches it.
         rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let page = Self::map(file, plan)?;
@@ -91,7 +117,7 @@ impl Page {
     /// If `file` is not the page of a run of this plan.
     pub(crate) fn open(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
         let file = File::from(file);
-        if file.metadata()?.len() != size(plan.phase_count(), plan.workers.len()) as u64 {
+        if file.metadata()?.len() != size(plan) as u64 {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
         }
         let page = Self::map(file.into(), plan)?;
@@ -102,8 +128,8 @@ impl Page {
     }
 
     fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
-        let (phases, workers) = (plan.phase_count(), plan.workers.len());
-        let bytes = size(phases, workers);
+        let (phases, workers, traced) = (plan.phase_count(), plan.workers.len(), plan.traced as usize);
+        let bytes = size(plan);
         // SAFETY: a new mapping at an address that the kernel chooses; the file is at least `bytes` long.
         let address = unsafe {
             rustix::mm::mmap(
@@ -116,7 +142,7 @@ impl Page {
             )?
         };
         let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { base, bytes, phases, workers, file })
+        Ok(Self { base, bytes, phases, workers, traced, file })
     }
 
     /// The file, to hand it to a child.
@@ -139,6 +165,21 @@ impl Page {
         assert!(worker < self.workers);
         // SAFETY: as for the phases, behind them.
         unsafe { self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
+    }
+
+    pub(super) fn tally(&self, worker: usize) -> &Tally {
+        &self.slot(worker).tally
+    }
+
+    /// Where run number `run` of a worker is traced, in the place of an older one; `None` if nothing is.
+    pub(super) fn event(&self, worker: usize, run: u64) -> Option<&Event> {
+        let place = run.checked_rem(self.traced as u64)? as usize;
+        assert!(worker < self.workers);
+        // SAFETY: behind the slots, `map` made room for `traced` events of every worker; `place` is below that.
+        Some(unsafe {
+            let slots = self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>();
+            slots.add(self.workers).cast::<Event>().add(worker * self.traced + place).as_ref()
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::panics;
 use crate::board::{ChannelReader, ChannelWriter, Hub, ServiceError};
-use crate::execute::Member;
+use crate::execute::{Member, stamp};
 use crate::page::{FaultKind, Report};
 use crate::{ChannelId, Participant, Plan, Step, Store, Timing};
 
@@ -107,9 +107,10 @@ impl Seat {
                 .fetch(&plan.network, store, sample)
                 .map_err(|wrong| fault(fetch.node, step, wrong.describe(&plan.network)))?;
         }
+        let stamp = stamp(step, plan.period_ns);
         for seated in &mut self.members {
             let member = &mut seated.member;
-            panics::catch(|| member.run(&plan.network, store, step, plan.period_ns))
+            panics::catch(|| member.run(&plan.network, store, step, &stamp))
                 .and_then(|result| result.map_err(|fault| fault.0))
                 .map_err(|message| fault(member.node, step, message))?;
             seated.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));

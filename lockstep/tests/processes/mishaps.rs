@@ -21,7 +21,7 @@ const VICTIM: usize = 10;
 const VICTIM_NAME: &str = "controller_3";
 
 fn start_chain(name: &str, settings: Settings, play: &str) -> Conductor {
-    start(name, &chain::network(), &singles(&chain::network()), u64::MAX, settings, play)
+    start(name, &chain::network(chain::AGENTS), &singles(&chain::network(chain::AGENTS)), u64::MAX, settings, play)
 }
 
 fn signal(pid: u32, signal: Signal) {
@@ -77,7 +77,7 @@ fn a_number_that_is_not_finite_is_named() {
 
 #[test]
 fn one_process_tells_the_same() {
-    let network = chain::network();
+    let network = chain::network(chain::AGENTS);
     let groups = singles(&network);
     let plan = Plan::new("local", network.clone(), 1_000_000, 100, workers(&network, &groups)).unwrap();
     let participants = (0..chain::NODES).map(|node| participant("nan:10:77", &plan, node)).collect();
@@ -140,7 +140,14 @@ fn an_interrupt_ends_a_step_that_does_not_end() {
 
 #[test]
 fn a_worker_that_refuses_is_quoted() {
-    let mut conductor = launch("refuse", &chain::network(), &singles(&chain::network()), 10, settings(), "refuse");
+    let mut conductor = launch(
+        "refuse",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        10,
+        settings(),
+        "refuse",
+    );
     let traces = Traces::of(&conductor);
     let error = conductor.wait_ready(Duration::from_secs(60)).unwrap_err();
     assert_eq!(error.to_string(), "observer_2 cannot start: there is no such observer");
@@ -151,7 +158,8 @@ fn a_worker_that_refuses_is_quoted() {
 #[test]
 fn a_worker_that_does_not_connect_is_named() {
     let settings = Settings { grace: Duration::from_millis(100), ..settings() };
-    let mut conductor = launch("late", &chain::network(), &singles(&chain::network()), 10, settings, "late");
+    let mut conductor =
+        launch("late", &chain::network(chain::AGENTS), &singles(&chain::network(chain::AGENTS)), 10, settings, "late");
     let traces = Traces::of(&conductor);
     let error = conductor.wait_ready(Duration::from_secs(5)).unwrap_err();
     let RunError::NotReady { missing, .. } = &error else { panic!("{error}") };
@@ -162,7 +170,14 @@ fn a_worker_that_does_not_connect_is_named() {
 
 #[test]
 fn a_start_that_is_given_up_leaves_nothing() {
-    let conductor = launch("given-up", &chain::network(), &singles(&chain::network()), 10, settings(), "chain");
+    let conductor = launch(
+        "given-up",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        10,
+        settings(),
+        "chain",
+    );
     let traces = Traces::of(&conductor);
     drop(conductor);
     traces.assert_none();

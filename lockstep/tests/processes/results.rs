@@ -4,26 +4,26 @@ use lockstep::{
     Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
 };
 
-use crate::support::{Traces, settings, singles, start, workers};
+use crate::support::{Traces, eventually, settings, singles, start, workers};
 use crate::{chain, worker};
 
 const STEPS: u64 = 2200;
 const DIGEST: &str = "401660ed0ae7a22d";
 
 fn local_chain() -> Local {
-    let network = chain::network();
-    let participants = (0..chain::NODES).map(chain::participant).collect();
+    let network = chain::network(chain::AGENTS);
+    let participants = (0..chain::NODES).map(|node| chain::participant(chain::AGENTS, node)).collect();
     Local::new(network, participants, 1e-3).unwrap()
 }
 
 fn digest_in_processes(name: &str, groups: &[Vec<usize>], play: &str) -> String {
-    let mut conductor = start(name, &chain::network(), groups, STEPS, settings(), play);
+    let mut conductor = start(name, &chain::network(chain::AGENTS), groups, STEPS, settings(), play);
     let traces = Traces::of(&conductor);
     for step in 0..STEPS {
         assert_eq!(conductor.step().unwrap(), step);
     }
     assert!(conductor.step().unwrap_err().to_string().contains("over after 2200 steps"));
-    let digest = chain::digest(conductor.store(), STEPS - 1);
+    let digest = chain::digest(chain::AGENTS, conductor.store(), STEPS - 1);
     conductor.finish().unwrap();
     traces.assert_none();
     digest
@@ -36,13 +36,13 @@ fn chain_in_one_process() {
         for _ in 0..steps {
             local.step().unwrap();
         }
-        assert_eq!(chain::digest(local.store(), steps - 1), digest, "{steps} steps");
+        assert_eq!(chain::digest(chain::AGENTS, local.store(), steps - 1), digest, "{steps} steps");
     }
 }
 
 #[test]
 fn chain_in_fourteen_processes_without_allocations() {
-    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network()), "count"), DIGEST);
+    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network(chain::AGENTS)), "count"), DIGEST);
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn chain_in_other_groupings() {
 
 #[test]
 fn two_runs_of_one_name_at_once() {
-    let run = || digest_in_processes("twins", &singles(&chain::network()), "chain");
+    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), "chain");
     std::thread::scope(|scope| {
         let runs = [scope.spawn(run), scope.spawn(run)];
         assert_eq!(runs.map(|run| run.join().unwrap()), [DIGEST, DIGEST]);
@@ -67,7 +67,14 @@ fn two_runs_of_one_name_at_once() {
 
 #[test]
 fn without_recording_the_store_stays_as_it_was() {
-    let mut conductor = start("blind", &chain::network(), &singles(&chain::network()), 20, settings(), "chain");
+    let mut conductor = start(
+        "blind",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        20,
+        settings(),
+        "chain",
+    );
     conductor.set_recording(false);
     for _ in 0..18 {
         conductor.step().unwrap();
@@ -82,7 +89,7 @@ fn without_recording_the_store_stays_as_it_was() {
     for _ in 0..20 {
         local.step().unwrap();
     }
-    assert_eq!(chain::digest(conductor.store(), 19), chain::digest(local.store(), 19));
+    assert_eq!(chain::digest(chain::AGENTS, conductor.store(), 19), chain::digest(chain::AGENTS, local.store(), 19));
     conductor.finish().unwrap();
 }
 
@@ -164,6 +171,53 @@ fn a_hundred_workers_in_one_phase() {
     }
     conductor.finish().unwrap();
     traces.assert_none();
+}
+
+#[test]
+fn two_hundred_processes_give_the_same_bits_and_leave_nothing() {
+    let (agents, steps) = (100, 50);
+    let network = chain::network(agents);
+    let participants = (0..chain::nodes(agents)).map(|node| chain::participant(agents, node)).collect();
+    let mut local = Local::new(network.clone(), participants, 1e-3).unwrap();
+    let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings(), "chain100");
+    let traces = Traces::of(&conductor);
+    for _ in 0..steps {
+        local.step().unwrap();
+        conductor.step().unwrap();
+    }
+    let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
+    assert_eq!(ours, theirs);
+    conductor.finish().unwrap();
+    traces.assert_none();
+}
+
+#[test]
+fn nobody_runs_ahead_of_a_conductor_that_does_not_want_it() {
+    let mut conductor = start(
+        "abreast",
+        &chain::network(chain::AGENTS),
+        &singles(&chain::network(chain::AGENTS)),
+        40,
+        settings(),
+        "chain",
+    );
+    let gauge = conductor.gauge();
+    conductor.set_ahead(0);
+    for step in 0..20 {
+        conductor.step().unwrap();
+        assert_eq!(gauge.read().completed, step + 1);
+    }
+    conductor.set_ahead(1000);
+    conductor.step().unwrap();
+    eventually("they run ahead", || gauge.read().completed == 28);
+    let snapshot = gauge.read();
+    assert_eq!(snapshot.awaited, ["plant"]);
+    assert!(snapshot.workers.iter().all(|worker| worker.runs == 28 && !worker.compute.is_zero()), "{snapshot:?}");
+    for _ in 21..40 {
+        conductor.step().unwrap();
+    }
+    conductor.finish().unwrap();
+    assert_eq!(gauge.read().completed, 40);
 }
 
 #[test]

@@ -56,7 +56,8 @@ pub(crate) fn participant(play: &str, plan: &Plan, node: usize) -> Box<dyn Parti
     let parts: Vec<&str> = play.split(':').collect();
     let inner = match parts[0] {
         "sum" => Box::new(Sum::of(plan, node)),
-        _ => chain::participant(node),
+        "chain100" => chain::participant(100, node),
+        _ => chain::participant(chain::AGENTS, node),
     };
     match parts[..] {
         ["count"] => Box::new(Frugal { inner, allocations: 0 }),

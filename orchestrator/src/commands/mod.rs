@@ -1,6 +1,7 @@
 //! The commands of the program, a file each.
 
 pub(crate) mod check;
+pub(crate) mod ctl;
 pub(crate) mod doctor;
 pub(crate) mod graph;
 pub(crate) mod info;
@@ -9,5 +10,8 @@ pub(crate) mod participant;
 pub(crate) mod recover;
 pub(crate) mod run;
 mod select;
+mod select_run;
 pub(crate) mod thesis;
+pub(crate) mod top;
 pub(crate) mod validate;
+pub(crate) mod verify;

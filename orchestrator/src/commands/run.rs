@@ -3,15 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use formation::wiring::Assembly;
-use lockstep::{RunError, allowed_cores};
+use lockstep::RunError;
 use serde_json::{Value, json};
 
 use super::check::summary_line;
 use super::select::assemble;
 use crate::cli::RunArgs;
-use crate::engine::{Placement, Stop};
+use crate::control::Stop;
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::pinning::Pin;
+use crate::placement::Placement;
+use crate::profile;
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::swap::Swap;
 use crate::verdict::Verdict;
@@ -19,16 +22,24 @@ use crate::verdict::Verdict;
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble(&args.scenario)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
-    let swaps = parse_swaps(&args.swap, &assembly, args.placement)?;
+    let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
+    let swaps = parse_swaps(&args.swap, &assembly, placement)?;
+    let trace = match (&args.profile, placement) {
+        (None, _) | (Some(None), Placement::Single) => None,
+        (Some(path), _) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
+    };
     let options = Options {
         swaps,
-        placement: args.placement,
-        core: core(&args.pin, args.placement)?,
+        placement,
+        pin: Pin::parse(&args.pin)?,
         progress: !args.quiet,
         log: log.clone(),
+        pace: args.realtime,
+        trace,
+        stress: None,
     };
     if !args.quiet {
-        announce(&assembly, args, log.as_deref());
+        announce(&assembly, &options, log.as_deref());
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
     let verdict = match &log {
@@ -39,6 +50,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         println!("{}", to_json(&assembly, &outcome, verdict.as_ref()));
     } else {
         show(&assembly, &outcome, verdict.as_ref());
+        if args.profile.is_some() {
+            show_profile(&outcome, options.trace.as_deref());
+        }
     }
     conclude(outcome, verdict.as_ref())
 }
@@ -75,33 +89,17 @@ fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> R
     texts.iter().map(|text| Swap::parse(text, &names).map_err(Failure::Usage)).collect()
 }
 
-/// The core that all processes share, if any.
-fn core(pin: &str, placement: Placement) -> Result<Option<usize>, Failure> {
-    if placement == Placement::Single {
-        return Ok(None);
-    }
-    let cores = allowed_cores().map_err(Failure::system("ask for the cores of this machine"))?;
-    match pin {
-        "none" => Ok(None),
-        "auto" => Ok(cores.last().copied()),
-        number => match number.parse() {
-            Ok(core) if cores.contains(&core) => Ok(Some(core)),
-            _ => {
-                let list: Vec<String> = cores.iter().map(usize::to_string).collect();
-                let cores = list.join(", ");
-                Err(Failure::Usage(format!("--pin {number}: expected auto, none or one of the cores {cores}")))
-            }
-        },
-    }
+fn default_trace(assembly: &Assembly, log: Option<&Path>) -> PathBuf {
+    let path = log.map_or_else(|| PathBuf::from(&assembly.scenario.name), Path::to_path_buf);
+    path.with_extension("trace.json")
 }
 
-fn announce(assembly: &Assembly, args: &RunArgs, log: Option<&Path>) {
+fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
     let scenario = &assembly.scenario;
     let timing = scenario.context.timing;
-    let processes = match args.placement {
+    let processes = match options.placement {
         Placement::Single => "1 process".to_string(),
-        Placement::Processes => format!("{} processes", assembly.network.nodes.len() + 1),
-        Placement::Agents => "a process per agent".to_string(),
+        placement => format!("{} processes", placement.workers(assembly, &options.swaps).len() + 1),
     };
     eprintln!(
         "{} {}: {}; {} agents, {processes}, {} s in steps of {} s",
@@ -136,6 +134,19 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
         outcome.simulated / outcome.wall.max(1e-9),
         outcome.processes
     );
+    if let Some(cores) = &outcome.cores {
+        println!("cores: {cores}");
+    }
+    if let Some(pacing) = &outcome.pacing {
+        println!(
+            "pace: {} of {} steps were late because the step before was not done; starts were late by {:.3} ms at most, \
+             99.9 % of them by less than {:.3} ms",
+            pacing.overruns,
+            pacing.steps,
+            pacing.worst * 1e3,
+            pacing.most * 1e3
+        );
+    }
     if let Some(log) = &outcome.log {
         let path = log.path.display();
         println!(
@@ -148,6 +159,13 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
             "\nNext: `phalanx info {path}` shows what is in it, `phalanx check {path}` computes this table again,"
         );
         println!("and Foxglove, Lichtblick, Rerun or PlotJuggler open the file as it is.");
+    }
+}
+
+fn show_profile(outcome: &Outcome, trace: Option<&Path>) {
+    println!("\n{}", profile::table(&outcome.usage, outcome.wall));
+    if let Some(path) = trace {
+        println!("trace of the last steps: {}; ui.perfetto.dev opens it", path.display());
     }
 }
 
@@ -164,6 +182,7 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "log": outcome.log.as_ref().map(|log| log.path.display().to_string()),
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
         "metrics": verdict.map(Verdict::to_json),
+        "overruns": outcome.pacing.map(|pacing| pacing.overruns),
         "ok": outcome.stopped.is_none() && verdict.is_none_or(Verdict::ok),
     })
 }

@@ -8,6 +8,8 @@
 //! bytes mean, so a log needs no program of ours to be read.
 
 mod batch;
+mod compare;
+mod digest;
 mod error;
 mod reader;
 mod record;
@@ -18,6 +20,7 @@ mod series;
 mod sink;
 mod walk;
 
+pub use compare::{Comparison, Difference, compare};
 pub use error::LogError;
 pub use reader::{Log, LogChannel};
 pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};

@@ -32,8 +32,24 @@ pub struct LogChannel {
 }
 
 impl LogChannel {
-    fn stride(&self) -> usize {
+    /// Numbers of a sample: its step, its status, its words.
+    pub(super) fn stride(&self) -> usize {
         HEADER_WORDS + self.layout.as_ref().map_or(0, Layout::words)
+    }
+
+    /// Sample after sample.
+    pub(super) fn numbers(&self) -> &[f64] {
+        &self.data
+    }
+
+    /// What to call a number of a sample.
+    pub(super) fn label(&self, number: usize) -> String {
+        match (number, &self.layout) {
+            (0, _) => "step".into(),
+            (1, _) => "status".into(),
+            (word, Some(layout)) => layout.label(word - HEADER_WORDS),
+            (word, None) => format!("word {word}"),
+        }
     }
 }
 

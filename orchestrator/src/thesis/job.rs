@@ -7,9 +7,9 @@ use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
 use crate::catalog::{ROLES, Shipped};
-use crate::engine::Placement;
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::placement::Placement;
 use crate::run::{Options, run};
 use crate::verdict::Verdict;
 
@@ -58,13 +58,7 @@ impl Job {
         let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &ROLES)
             .map_err(|problems: Vec<Problem>| Failure::Invalid(problems))?;
         let log = TemporaryLog(folder.join(format!("{}.mcap", self.name().replace(['/', ' '], "-"))));
-        let options = Options {
-            placement: Placement::Single,
-            log: Some(log.0.clone()),
-            core: None,
-            swaps: Vec::new(),
-            progress: false,
-        };
+        let options = Options::new(Placement::Single, Some(log.0.clone()));
         let outcome = run(&assembly, &options, |_| {})?;
         let recorded = Log::open(&log.0)?;
         let verdict = match recorded.steps().is_empty() {

@@ -1,0 +1,7 @@
+//! `cargo bench`: how fast steps are, beside the yardstick of the same run.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    benches::main()
+}

@@ -1,0 +1,40 @@
+//! The sections `[edges]` and `[placement]`, as far as they can be read without knowing the participants.
+
+use lockstep::Timing;
+use serde::Deserialize;
+
+use crate::config::{Node, Problems, read};
+use crate::wiring::timing_of;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlacementSection {
+    #[serde(default)]
+    groups: Vec<Vec<String>>,
+}
+
+/// Names of participants that share a process, by process.
+pub(super) fn read_groups(root: &Node, problems: &mut Problems) -> Vec<Vec<String>> {
+    let section = root.at("placement").and_then(|node| read::<PlacementSection>(node, "placement", problems));
+    section.map(|section| section.groups).unwrap_or_default()
+}
+
+/// Edges, `reader <- writer`, with the timing that they are to have.
+pub(super) fn read_edges(root: &Node, problems: &mut Problems) -> Vec<(String, Timing)> {
+    let Some(node) = root.at("edges") else { return Vec::new() };
+    let Some(table) = node.as_table() else {
+        problems.at(root, "edges", "expected a table such as { \"observer_1 <- plant\" = \"delayed\" }");
+        return Vec::new();
+    };
+    let mut edges = Vec::new();
+    for (edge, node) in table.iter() {
+        match node.as_str().and_then(timing_of) {
+            Some(timing) => edges.push((edge.to_string(), timing)),
+            None => {
+                let message = format!("{edge}: expected \"same_step\" or \"delayed\", found {}", node.describe());
+                problems.at(root, "edges", message);
+            }
+        }
+    }
+    edges
+}

@@ -1,0 +1,137 @@
+//! What the page tells about time: who computes, who waits, for whom the others wait. Never part of a result.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use super::Page;
+use crate::ticks;
+
+/// A worker's counters; only the worker writes them. In ticks, but for `runs` and `last`.
+#[repr(C, align(128))]
+pub(super) struct Tally {
+    pub(super) runs: AtomicU64,
+    /// From its start to its arrival.
+    pub(super) compute: AtomicU64,
+    /// From the opening of its gate to its start.
+    pub(super) wake: AtomicU64,
+    /// From its arrival to the opening of its next gate.
+    pub(super) wait: AtomicU64,
+    /// How often it was the last of its phase.
+    pub(super) last: AtomicU64,
+}
+
+/// A run of a worker, for a trace.
+#[repr(C)]
+pub(super) struct Event {
+    /// Step, and phase in the highest 16 bits.
+    place: AtomicU64,
+    start: AtomicU64,
+    end: AtomicU64,
+}
+
+/// One run of a worker in a phase, in ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub(crate) step: u64,
+    pub(crate) phase: usize,
+    pub(crate) start: u64,
+    pub(crate) end: u64,
+}
+
+/// Counters of a worker as somebody else reads them, in ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Counts {
+    pub(crate) runs: u64,
+    pub(crate) compute: u64,
+    pub(crate) wake: u64,
+    pub(crate) wait: u64,
+    pub(crate) last: u64,
+}
+
+/// A worker's stop watch. It sums up by itself, so that nothing is read back from the page.
+pub(crate) struct Watch {
+    worker: usize,
+    counts: Counts,
+    /// When its gate was opened last.
+    opened: u64,
+    /// When it arrived last.
+    arrived: Option<u64>,
+}
+
+impl Watch {
+    pub(crate) fn new(worker: usize) -> Self {
+        Self { worker, counts: Counts::default(), opened: 0, arrived: None }
+    }
+
+    /// The worker has passed the gate of `phase`; returns the time.
+    pub(crate) fn start(&mut self, page: &Page, phase: usize) -> u64 {
+        let now = ticks::now();
+        self.opened = page.phase(phase).opened_at.load(Relaxed);
+        self.counts.wake += now.saturating_sub(self.opened);
+        // Another gate may have opened before the worker was done with the one before.
+        self.counts.wait += self.arrived.map_or(0, |arrived| self.opened.saturating_sub(arrived));
+        now
+    }
+
+    /// The worker is done with `phase` of `step` and is about to arrive; returns the time.
+    pub(crate) fn end(&mut self, page: &Page, phase: usize, step: u64, start: u64) -> u64 {
+        let end = ticks::now();
+        if let Some(event) = page.event(self.worker, self.counts.runs) {
+            event.place.store(step | (phase as u64) << 48, Relaxed);
+            event.start.store(start, Relaxed);
+            event.end.store(end, Relaxed);
+        }
+        self.counts.runs += 1;
+        self.counts.compute += end.saturating_sub(start);
+        self.arrived = Some(end);
+        let tally = page.tally(self.worker);
+        tally.compute.store(self.counts.compute, Relaxed);
+        tally.wake.store(self.counts.wake, Relaxed);
+        tally.wait.store(self.counts.wait, Relaxed);
+        tally.runs.store(self.counts.runs, Relaxed);
+        end
+    }
+
+    /// The worker has arrived; `last` if all others had before.
+    pub(crate) fn arrived(&mut self, page: &Page, phase: usize, end: u64, last: bool) {
+        if last {
+            self.counts.last += 1;
+            page.tally(self.worker).last.store(self.counts.last, Relaxed);
+            page.phase(phase).lasted.fetch_add(end.saturating_sub(self.opened), Relaxed);
+        }
+    }
+}
+
+impl Page {
+    /// The counters of a worker.
+    pub(crate) fn counts(&self, worker: usize) -> Counts {
+        let tally = self.tally(worker);
+        Counts {
+            runs: tally.runs.load(Relaxed),
+            compute: tally.compute.load(Relaxed),
+            wake: tally.wake.load(Relaxed),
+            wait: tally.wait.load(Relaxed),
+            last: tally.last.load(Relaxed),
+        }
+    }
+
+    /// How long a phase has lasted in all steps together, in ticks.
+    pub(crate) fn lasted(&self, phase: usize) -> u64 {
+        self.phase(phase).lasted.load(Relaxed)
+    }
+
+    /// The last runs of a worker, oldest first, as far as the plan has them traced.
+    pub(crate) fn runs(&self, worker: usize) -> Vec<Run> {
+        let count = self.counts(worker).runs;
+        let first = count.saturating_sub(self.traced as u64);
+        let run = |event: &Event| {
+            let place = event.place.load(Relaxed);
+            Run {
+                step: place & ((1 << 48) - 1),
+                phase: (place >> 48) as usize,
+                start: event.start.load(Relaxed),
+                end: event.end.load(Relaxed),
+            }
+        };
+        (first..count).filter_map(|number| self.event(worker, number)).map(run).collect()
+    }
+}

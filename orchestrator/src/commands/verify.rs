@@ -1,0 +1,179 @@
+//! `phalanx verify`.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use formation::wiring::Assembly;
+use serde_json::json;
+
+use super::select::assemble;
+use crate::cli::{ScenarioArgs, VerifyArgs};
+use crate::engine::cores;
+use crate::failure::Failure;
+use crate::log::{Comparison, Log, compare};
+use crate::pinning::Pin;
+use crate::placement::Placement;
+use crate::run::{Options, run};
+use crate::stress::{Busy, Stress};
+
+pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
+    match (&args.scenario, args.logs.as_slice()) {
+        (Some(scenario), _) => verify_scenario(scenario, args),
+        (None, [first, second]) => {
+            let comparison = compare_files(first, second)?;
+            if args.json {
+                println!("{}", to_json(&comparison));
+            } else {
+                println!("{}", sentence(&comparison));
+            }
+            conclude(matches!(comparison, Comparison::Equal { .. }))
+        }
+        (None, _) => Err(Failure::Usage("name two logs, or a scenario with --scenario".into())),
+    }
+}
+
+fn conclude(equal: bool) -> Result<(), Failure> {
+    if equal { Ok(()) } else { Err(Failure::Different) }
+}
+
+fn compare_files(first: &Path, second: &Path) -> Result<Comparison, Failure> {
+    Ok(compare(&Log::open(first)?, &Log::open(second)?))
+}
+
+fn sentence(comparison: &Comparison) -> String {
+    match comparison {
+        Comparison::Equal { numbers } => format!("equal: all {numbers} numbers, bit by bit"),
+        Comparison::Unlike(reason) => format!("different: {reason}"),
+        Comparison::Different(difference) => format!("different: {difference}"),
+    }
+}
+
+fn to_json(comparison: &Comparison) -> serde_json::Value {
+    match comparison {
+        Comparison::Equal { numbers } => json!({"equal": true, "numbers": numbers}),
+        Comparison::Unlike(reason) => json!({"equal": false, "reason": reason}),
+        Comparison::Different(difference) => json!({
+            "equal": false, "step": difference.step, "time": difference.time_ns as f64 / 1e9,
+            "topic": difference.topic, "field": difference.field, "values": difference.values,
+            "ulps": difference.ulps(), "differing": difference.differing, "numbers": difference.numbers,
+        }),
+    }
+}
+
+/// One way to run a scenario.
+struct Way {
+    name: String,
+    options: Options,
+}
+
+fn verify_scenario(scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
+    let assembly = assemble(&ScenarioArgs {
+        scenario: scenario.into(),
+        variant: args.variant.clone(),
+        set: args.set.clone(),
+        dt: None,
+        duration: args.duration.clone(),
+        seed: None,
+    })?;
+    let folder = Folder::create()?;
+    let reference = folder.path.join("reference.mcap");
+    let expected = record(&assembly, &Options::new(Placement::Single, Some(reference.clone())))?;
+    if !args.json {
+        println!("{:<44} sha256 {}  reference", "single", &expected[..16]);
+    }
+    let busy = if args.stress { Busy::start(cores()?.len()) } else { Busy::start(0) };
+    let mut different = Vec::new();
+    let ways = ways(&assembly, args, &folder)?;
+    for way in &ways {
+        let digest = record(&assembly, &way.options)?;
+        let equal = digest == expected;
+        if !args.json {
+            println!("{:<44} sha256 {}  {}", way.name, &digest[..16], if equal { "equal" } else { "DIFFERENT" });
+        }
+        if let Some(log) = way.options.log.as_deref().filter(|_| !equal) {
+            let finding = sentence(&compare_files(&reference, log)?);
+            if !args.json {
+                println!("    {finding}");
+            }
+            different.push(json!({"run": way.name, "sha256": digest, "finding": finding}));
+        }
+    }
+    drop(busy);
+    if args.json {
+        let equal = different.is_empty();
+        println!("{}", json!({"equal": equal, "runs": ways.len() + 1, "sha256": expected, "different": different}));
+    } else if different.is_empty() {
+        println!("All {} runs are equal, byte for byte.", ways.len() + 1);
+    } else {
+        println!("{} of {} runs differ from the reference.", different.len(), ways.len() + 1);
+    }
+    conclude(different.is_empty())
+}
+
+/// Every placement with every pinning, as often as asked for.
+fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder) -> Result<Vec<Way>, Failure> {
+    let mut ways = Vec::new();
+    for placement in placements(assembly, &args.placements)? {
+        let pins = if placement == Placement::Single { &[Pin::None][..] } else { &[Pin::Auto, Pin::None] };
+        for &pin in pins {
+            for round in 0..args.repeat {
+                let stress = args.stress.then_some(Stress { seed: args.seed + ways.len() as u64 });
+                let pinned = if pin == Pin::Auto { "one core" } else { "any core" };
+                let stressed = stress.map_or(String::new(), |stress| format!(", stress {}", stress.seed));
+                let name = format!("{}, {pinned}{stressed}, round {}", placement.name(), round + 1);
+                let log = folder.path.join(format!("{}.mcap", ways.len()));
+                ways.push(Way { name, options: Options { pin, stress, ..Options::new(placement, Some(log)) } });
+            }
+        }
+    }
+    Ok(ways)
+}
+
+fn placements(assembly: &Assembly, names: &[String]) -> Result<Vec<Placement>, Failure> {
+    let mut placements = Vec::new();
+    for name in names {
+        match Placement::from_str(name, true) {
+            Ok(placement) => placements.push(placement),
+            Err(_) if name == "all" => placements.extend(Placement::value_variants()),
+            Err(_) => {
+                return Err(Failure::Usage(format!(
+                    "--placements {name}: expected all, processes, agents, groups or single"
+                )));
+            }
+        }
+    }
+    let has_groups = !assembly.scenario.groups.is_empty();
+    placements.retain(|placement| *placement != Placement::Groups || has_groups);
+    Ok(placements)
+}
+
+/// Runs in a thread of its own, which keeps its pinning to itself, and returns the digest of the log.
+fn record(assembly: &Assembly, options: &Options) -> Result<String, Failure> {
+    let work = || std::thread::scope(|scope| scope.spawn(|| run(assembly, options, |_| {})).join());
+    let outcome = work().map_err(|_| Failure::Usage("a run panicked".into()))??;
+    match (outcome.stopped, outcome.log) {
+        (Some(error), _) => Err(error.into()),
+        (None, Some(log)) => Ok(log.sha256),
+        (None, None) => Err(Failure::Usage("a run was not recorded".into())),
+    }
+}
+
+/// A temporary folder for the logs, removed at the end.
+struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    fn create() -> Result<Self, Failure> {
+        let path = std::env::temp_dir().join(format!("phalanx-verify-{}", std::process::id()));
+        std::fs::create_dir_all(&path).map_err(Failure::system(format!("create the folder {}", path.display())))?;
+        Ok(Self { path })
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed from a temporary folder is removed by the system.
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}

@@ -1,0 +1,171 @@
+//! Holding, stepping and ending a run from outside its loop: from a signal, a key, or another terminal.
+
+mod keys;
+mod pace;
+mod server;
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use lockstep::Interrupt;
+
+pub(crate) use keys::Keys;
+pub(crate) use pace::Pace;
+pub use pace::Pacing;
+pub(crate) use server::{About, SOCKET, Server};
+
+/// Ends, holds and steps a run from other threads.
+#[derive(Clone)]
+pub struct Stop {
+    shared: Arc<Shared>,
+    interrupt: Option<Interrupt>,
+}
+
+struct Shared {
+    /// Whether the loop has to look at the rest before its next step.
+    attention: AtomicBool,
+    stopped: AtomicBool,
+    step: AtomicU64,
+    turn: Mutex<Turn>,
+    changed: Condvar,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Turn {
+    paused: bool,
+    /// Steps that a paused run may still do.
+    allowed: u64,
+}
+
+impl Stop {
+    pub(crate) fn new(interrupt: Option<Interrupt>) -> Self {
+        let shared = Shared {
+            attention: AtomicBool::new(false),
+            stopped: AtomicBool::new(false),
+            step: AtomicU64::new(0),
+            turn: Mutex::new(Turn::default()),
+            changed: Condvar::new(),
+        };
+        Self { shared: Arc::new(shared), interrupt }
+    }
+
+    /// Makes the current or the next step return as interrupted.
+    pub fn request(&self) {
+        self.shared.stopped.store(true, Ordering::SeqCst);
+        if let Some(interrupt) = &self.interrupt {
+            interrupt.raise();
+        }
+        self.change(|_| {});
+    }
+
+    /// Whether the end was requested.
+    pub fn is_requested(&self) -> bool {
+        self.shared.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Holds the run before its next step.
+    pub fn pause(&self) {
+        self.change(|turn| *turn = Turn { paused: true, allowed: 0 });
+    }
+
+    /// Lets a paused run go on.
+    pub fn resume(&self) {
+        self.change(|turn| *turn = Turn::default());
+    }
+
+    /// Lets the run do so many steps more and holds it then.
+    pub fn advance(&self, steps: u64) {
+        self.change(|turn| *turn = Turn { paused: true, allowed: turn.allowed.saturating_add(steps) });
+    }
+
+    /// Whether the run is held.
+    pub fn is_paused(&self) -> bool {
+        self.turn().paused
+    }
+
+    /// Number of steps that are done.
+    pub fn steps_done(&self) -> u64 {
+        self.shared.step.load(Ordering::Relaxed)
+    }
+
+    /// Waits until the next step may run; returns whether it had to wait. Also returns when the end is requested.
+    pub(crate) fn await_turn(&self, step: u64) -> bool {
+        self.shared.step.store(step, Ordering::Relaxed);
+        // The only cost of all this to a run that nobody holds.
+        self.shared.attention.load(Ordering::Relaxed) && self.take_turn()
+    }
+
+    #[cold]
+    fn take_turn(&self) -> bool {
+        let mut turn = self.turn();
+        let mut waited = false;
+        while turn.paused && turn.allowed == 0 && !self.is_requested() {
+            waited = true;
+            turn = self.shared.changed.wait(turn).unwrap_or_else(PoisonError::into_inner);
+        }
+        turn.allowed = turn.allowed.saturating_sub(1);
+        waited
+    }
+
+    /// Sleeps; `false` if the run is to be held or ended before `patience` is over.
+    pub(crate) fn sleep(&self, patience: std::time::Duration) -> bool {
+        let turn = self.turn();
+        let calm = |turn: &mut Turn| !turn.paused && !self.is_requested();
+        let waited = self.shared.changed.wait_timeout_while(turn, patience, calm);
+        waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Turn)) {
+        let mut turn = self.turn();
+        change(&mut turn);
+        self.shared.attention.store(turn.paused, Ordering::SeqCst);
+        self.shared.changed.notify_all();
+    }
+
+    fn turn(&self) -> MutexGuard<'_, Turn> {
+        // Nothing is left half-done by a panic in between.
+        self.shared.turn.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_paused_run_does_the_steps_that_it_is_allowed() {
+        let stop = Stop::new(None);
+        assert!(!stop.await_turn(0));
+        stop.advance(2);
+        assert!(!stop.await_turn(1) && !stop.await_turn(2));
+        let other = stop.clone();
+        let waiting = std::thread::spawn(move || other.await_turn(3));
+        std::thread::sleep(Duration::from_millis(20));
+        assert!(!waiting.is_finished(), "it went on");
+        assert_eq!(stop.steps_done(), 3);
+        stop.resume();
+        assert!(waiting.join().unwrap());
+        assert!(!stop.is_paused());
+    }
+
+    #[test]
+    fn a_stop_ends_a_pause() {
+        let stop = Stop::new(None);
+        stop.pause();
+        let other = stop.clone();
+        let waiting = std::thread::spawn(move || other.await_turn(0));
+        stop.request();
+        waiting.join().unwrap();
+        assert!(stop.is_requested());
+    }
+
+    #[test]
+    fn a_sleep_ends_early_for_a_pause() {
+        let stop = Stop::new(None);
+        assert!(stop.sleep(Duration::from_millis(1)));
+        stop.pause();
+        assert!(!stop.sleep(Duration::from_secs(60)));
+    }
+}

@@ -1,0 +1,60 @@
+//! Golden digests: the samples of short runs, to be held against on any machine and after any change.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use formation::scenario::Selection;
+use formation::wiring::Assembly;
+use orchestrator::catalog::{ROLES, SCENARIOS};
+use orchestrator::log::Log;
+use orchestrator::placement::Placement;
+use orchestrator::run::{Options, run};
+
+/// Steps of every run.
+const STEPS: f64 = 100.0;
+/// Environment variable that has the file written anew.
+const BLESS: &str = "PHALANX_BLESS";
+
+/// The digest of the samples of the first steps of a scenario's default variant.
+fn digest(name: &str) -> String {
+    let shipped = SCENARIOS.iter().find(|shipped| shipped.name == name).expect("a shipped scenario");
+    let load = |overrides| {
+        let selection = Selection { variant: None, overrides };
+        Assembly::load(shipped.file, shipped.text, &selection, &ROLES)
+            .unwrap_or_else(|problems| panic!("{}", problems[0]))
+    };
+    let dt = load(Vec::new()).scenario.context.timing.dt;
+    // Whole nanoseconds, as a scenario demands.
+    let duration = (STEPS * dt * 1e9).round() / 1e9;
+    let assembly = load(vec![format!("timing.duration={duration}")]);
+    let path = std::env::temp_dir().join(format!("phalanx-digest-{}-{name}.mcap", std::process::id()));
+    let outcome = run(&assembly, &Options::new(Placement::Single, Some(path.clone())), |_| {}).expect("it starts");
+    assert!(outcome.stopped.is_none(), "{name}: {:?}", outcome.stopped);
+    let digest = Log::open(&path).expect("its log").digest();
+    std::fs::remove_file(path).expect("its log is removed");
+    digest
+}
+
+/// To accept what comes out now: `PHALANX_BLESS=1 cargo test --release -p tests --test digests`.
+#[test]
+fn short_runs_give_the_known_samples() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("digests.toml");
+    let found: BTreeMap<&str, String> = SCENARIOS.iter().map(|shipped| (shipped.name, digest(shipped.name))).collect();
+    let lines: String = found.iter().map(|(name, digest)| format!("{name} = \"{digest}\"\n")).collect();
+    let text = format!(
+        "# SHA-256 of the samples of the first 101 steps of every scenario's default variant; see tests/tests/digests.rs.\n\n{lines}"
+    );
+    if std::env::var_os(BLESS).is_some() {
+        std::fs::write(&path, text).expect("the file can be written");
+        return;
+    }
+    let known = std::fs::read_to_string(&path).expect("the golden digests");
+    for line in lines.lines() {
+        let name = line.split(' ').next().expect("a name");
+        // A scenario that is new has no digest yet.
+        match known.lines().find(|known| known.split(' ').next() == Some(name)) {
+            Some(known) => assert_eq!(line, known, "the samples of {name} have changed"),
+            None => eprintln!("{name} has no golden digest yet; add the line {line}"),
+        }
+    }
+}
