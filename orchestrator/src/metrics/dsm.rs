@@ -90,20 +90,22 @@ struct Uncertainty<'a> {
 }
 
 impl<'a> Uncertainty<'a> {
-    /// The rate is the derivative of the scenario's formulas along the recorded motion.
+    /// The rate is the derivative of the scenario's formulas along the recorded motion. The acceleration at an instant is that
+    /// under the command of this instant, whose effect the actuators show at the next sample.
     fn of(run: &Run<'a>, agent: usize) -> Result<Self, MetricError> {
         let value = run.signal(Role::Plant, agent, "disturbance")?;
-        let motion = ["position", "velocity", "acceleration"].map(|name| run.signal(Role::Plant, agent, name));
-        let [position, velocity, acceleration] = motion;
-        let (position, velocity, acceleration) = (position?, velocity?, acceleration?);
+        let [position, velocity, actuator] =
+            ["position", "velocity", "actuator"].map(|name| run.signal(Role::Plant, agent, name));
+        let (position, velocity, actuator) = (position?, velocity?, actuator?);
         let formulas = &run.scenario.context.disturbance[agent].matched;
         let moving = |value: f64, rate: f64| Jet { value, rate, ..Jet::default() };
         let at = |k: usize| {
             let mut arguments = [Jet::time(run.time(k)); 1 + 2 * D];
+            let input = actuator.row((k + 1).min(run.samples() - 1));
             for j in 0..D {
-                let (v, a) = (velocity.row(k)[j], acceleration.row(k)[j]);
+                let v = velocity.row(k)[j];
                 arguments[1 + j] = moving(position.row(k)[j], v);
-                arguments[1 + D + j] = moving(v, a);
+                arguments[1 + D + j] = moving(v, input[j] + value.row(k)[j]); // (2.4)
             }
             let mut rate = [0.0; D];
             for (rate, formula) in rate.iter_mut().zip(formulas) {
