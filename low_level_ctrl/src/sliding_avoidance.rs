@@ -258,6 +258,7 @@ mod tests {
                 mismatched_rate: d_rate,
                 disturbance: w,
             });
+            prop_assert!((controller.sliding - (velocity + d + GAINS.lambda * position)).norm() < 1e-12);
             let deviation_rate = velocity_deviation + d;
             let velocity_deviation_rate = robot().matrix(position.z) * controller.input + w - acceleration;
             let rate = velocity_deviation_rate + d_rate + GAINS.lambda * deviation_rate;

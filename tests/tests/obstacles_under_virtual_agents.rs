@@ -41,11 +41,11 @@ fn run(mut bench: Bench) -> Outcome {
     for k in 0..=(DURATION / DT).round() as u64 {
         let time = k as f64 * DT;
         bench.run_to(time);
-        for i in 0..ROBOTS {
+        for (i, body) in RADII.iter().enumerate() {
             let (state, reference) = (format!("/agent_{}/state", i + 1), format!("/agent_{}/reference", i + 1));
             let position = bench.signal(&state, "position");
             for (centre, radius) in OBSTACLES {
-                outcome.gap = outcome.gap.min(distance(&position[..2], &centre) - EPS1 * (RADII[i] + radius));
+                outcome.gap = outcome.gap.min(distance(&position[..2], &centre) - EPS1 * (body + radius));
             }
             if time >= 5.0 {
                 let deviation = distance(&position, &bench.signal(&reference, "position"));
