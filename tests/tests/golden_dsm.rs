@@ -1,5 +1,8 @@
 //! Golden values of the dynamic sliding mode scenarios, agent 1. (specification ch2-dsm, section 12)
 
+// The digits of an angle are those of the golden table, not meant as a constant.
+#![allow(clippy::approx_constant)]
+
 use tests::Bench;
 
 struct Golden {

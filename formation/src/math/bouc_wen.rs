@@ -46,7 +46,7 @@ impl BoucWen {
         if !(self.hysteretic.is_finite() && self.hysteretic >= 0.0) {
             findings.push(("mu_bar", format!("expected a number >= 0, found {}", self.hysteretic)));
         }
-        if !(self.slant.abs() < self.width) {
+        if self.slant.is_nan() || self.width.is_nan() || self.slant.abs() >= self.width {
             let message =
                 format!("expected a number between -chi_bar and chi_bar = {}, found {}", self.width, self.slant);
             findings.push(("chi", message));
@@ -102,7 +102,7 @@ impl BoucWen {
 
     /// Number and length of the Euler steps of a change. What is no number becomes one step, which passes it on.
     fn cut(&self, change: f64) -> (u32, f64) {
-        let steps = (change.abs() / self.substep).ceil().min(MOST_STEPS).max(1.0);
+        let steps = if change.is_nan() { 1.0 } else { (change.abs() / self.substep).ceil().clamp(1.0, MOST_STEPS) };
         (steps as u32, change / steps)
     }
 }
