@@ -50,15 +50,16 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// Builds all participants in this process, or starts the processes and waits until all are connected.
+    /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
+    /// the start and the run.
     ///
     /// # Errors
     /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
     /// connect.
-    pub fn start(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
+    pub fn start(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
         match staging.placement {
             Placement::Single => Self::local(assembly),
-            _ => Self::processes(assembly, staging, home),
+            _ => Self::processes(assembly, staging, home, stop),
         }
     }
 
@@ -71,7 +72,7 @@ impl Engine {
         Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
     }
 
-    fn processes(assembly: &Assembly, staging: &Staging, home: Home) -> Result<Self, Failure> {
+    fn processes(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
         let mut workers = staging.placement.workers(assembly, &staging.swaps);
         if let Some(stress) = &staging.stress {
@@ -94,6 +95,7 @@ impl Engine {
             .map_err(Failure::system(format!("write {}", path.display())))?;
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let mut conductor = Conductor::new(directory, plan, Settings::default())?;
+        stop.attach(conductor.interrupt());
         for worker in 0..count {
             let name = &conductor.plan().workers[worker].name;
             let mut command = match staging.swaps.iter().find(|swap| swap.node == *name) {
@@ -170,14 +172,6 @@ impl Engine {
         match self {
             Engine::Local { .. } => 1,
             Engine::Processes { conductor, .. } => conductor.plan().workers.len() + 1,
-        }
-    }
-
-    /// A handle that ends the run.
-    pub fn stop(&self) -> Stop {
-        match self {
-            Engine::Local { .. } => Stop::new(None),
-            Engine::Processes { conductor, .. } => Stop::new(Some(conductor.interrupt())),
         }
     }
 

@@ -99,9 +99,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         Some(path) => Some(create_log(path, assembly)?),
         None => None,
     };
-    let mut engine = Engine::start(assembly, &options.staging(), home)?;
-    let stop = engine.stop();
+    let stop = Stop::new();
     on_start(stop.clone());
+    let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
     let timing = assembly.scenario.context.timing;
     let server = serve(assembly, &engine, &stop);
     let keys = if options.progress { Keys::listen(&stop) } else { None };

@@ -29,7 +29,7 @@ fn two_logs_are_compared_bit_by_bit() {
     let other = folder.run(&["verify", "a.mcap", "b.mcap"]);
     assert_eq!(other.code(), 1);
     let text = other.stdout();
-    assert!(text.contains("they differ first at step 1 (t = 0.01 s), /agent_1/state velocity["), "{text}");
+    assert!(text.contains("they differ first at step 0 (t = 0 s), /agent_1/state disturbance[0]: "), "{text}");
     assert!(text.contains(" ulp apart; "), "{text}");
     let json = folder.run(&["verify", "a.mcap", "b.mcap", "--json"]).json();
     assert!(json["ulps"].as_u64() > Some(0) && json["differing"].as_u64() > Some(0), "{json}");

@@ -30,7 +30,7 @@ impl Keys {
         // Keys come at once and are not shown; Ctrl-C stays a signal.
         mode.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
         tcsetattr(&stdin, OptionalActions::Now, &mode).ok()?;
-        let done = Stop::new(None);
+        let done = Stop::new();
         let (end, stop) = (done.clone(), stop.clone());
         let thread = thread::Builder::new().name("keys".into()).spawn(move || read(&stop, &end)).ok();
         Some(Self { before, done, thread })

@@ -5,7 +5,7 @@ mod pace;
 mod server;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use lockstep::Interrupt;
 
@@ -18,13 +18,14 @@ pub(crate) use server::{About, SOCKET, Server};
 #[derive(Clone)]
 pub struct Stop {
     shared: Arc<Shared>,
-    interrupt: Option<Interrupt>,
 }
 
 struct Shared {
     /// Whether the loop has to look at the rest before its next step.
     attention: AtomicBool,
     stopped: AtomicBool,
+    /// Ends a step that waits for a process; there is none before the processes are there.
+    interrupt: OnceLock<Interrupt>,
     step: AtomicU64,
     turn: Mutex<Turn>,
     changed: Condvar,
@@ -38,21 +39,31 @@ struct Turn {
 }
 
 impl Stop {
-    pub(crate) fn new(interrupt: Option<Interrupt>) -> Self {
+    pub(crate) fn new() -> Self {
         let shared = Shared {
             attention: AtomicBool::new(false),
             stopped: AtomicBool::new(false),
+            interrupt: OnceLock::new(),
             step: AtomicU64::new(0),
             turn: Mutex::new(Turn::default()),
             changed: Condvar::new(),
         };
-        Self { shared: Arc::new(shared), interrupt }
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// From now on a request ends a step in progress, too.
+    pub(crate) fn attach(&self, interrupt: Interrupt) {
+        // A run has one conductor; a second one would be ended by its own.
+        let interrupt = self.shared.interrupt.get_or_init(|| interrupt);
+        if self.is_requested() {
+            interrupt.raise();
+        }
     }
 
     /// Makes the current or the next step return as interrupted.
     pub fn request(&self) {
         self.shared.stopped.store(true, Ordering::SeqCst);
-        if let Some(interrupt) = &self.interrupt {
+        if let Some(interrupt) = self.shared.interrupt.get() {
             interrupt.raise();
         }
         self.change(|_| {});
@@ -60,7 +71,7 @@ impl Stop {
 
     /// Whether the end was requested.
     pub fn is_requested(&self) -> bool {
-        self.shared.stopped.load(Ordering::Relaxed)
+        self.shared.stopped.load(Ordering::SeqCst)
     }
 
     /// Holds the run before its next step.
@@ -136,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_paused_run_does_the_steps_that_it_is_allowed() {
-        let stop = Stop::new(None);
+        let stop = Stop::new();
         assert!(!stop.await_turn(0));
         stop.advance(2);
         assert!(!stop.await_turn(1) && !stop.await_turn(2));
@@ -152,7 +163,7 @@ mod tests {
 
     #[test]
     fn a_stop_ends_a_pause() {
-        let stop = Stop::new(None);
+        let stop = Stop::new();
         stop.pause();
         let other = stop.clone();
         let waiting = std::thread::spawn(move || other.await_turn(0));
@@ -163,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_sleep_ends_early_for_a_pause() {
-        let stop = Stop::new(None);
+        let stop = Stop::new();
         assert!(stop.sleep(Duration::from_millis(1)));
         stop.pause();
         assert!(!stop.sleep(Duration::from_secs(60)));

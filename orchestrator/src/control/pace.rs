@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn times_do_not_drift() {
-        let (mut pace, stop) = (Pace::new(1e-3, 1.0), Stop::new(None));
+        let (mut pace, stop) = (Pace::new(1e-3, 1.0), Stop::new());
         pace.restart(5);
         let start = Instant::now();
         for step in 5..=25 {
