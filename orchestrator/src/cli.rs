@@ -1,6 +1,7 @@
 //! The command line.
 
 mod engine;
+mod look;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,6 +10,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
+pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
 
 use crate::commands;
 use crate::failure::{EXIT_CODES, Failure};
@@ -44,6 +46,14 @@ enum Command {
     Ctl(CtlArgs),
     /// Watch a run: steps per second, and where its processes spend their time
     Top(TopArgs),
+    /// Write a report that shows runs in a browser, or figures for a paper
+    Report(ReportArgs),
+    /// Write the signals of a log as CSV, NumPy or MATLAB files
+    Export(ExportArgs),
+    /// Print the values of a topic
+    Echo(EchoArgs),
+    /// Draw signals of a log in the terminal
+    Plot(PlotArgs),
     /// Close the log of a killed run, so that every tool opens it
     Recover(RecoverArgs),
     /// Remove what dead runs left in shared memory
@@ -240,6 +250,10 @@ pub fn main() -> ExitCode {
         Command::Verify(args) => commands::verify::verify(&args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
+        Command::Report(args) => commands::report::report(&args),
+        Command::Export(args) => commands::export::export(&args),
+        Command::Echo(args) => commands::echo::echo(&args),
+        Command::Plot(args) => commands::plot::plot(&args),
         Command::Recover(args) => commands::recover::recover(&args),
         Command::Doctor(args) => commands::doctor::doctor(&args),
         Command::Completions { shell } => {

@@ -3,11 +3,15 @@
 pub(crate) mod check;
 pub(crate) mod ctl;
 pub(crate) mod doctor;
+pub(crate) mod echo;
+pub(crate) mod export;
 pub(crate) mod graph;
 pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod participant;
+pub(crate) mod plot;
 pub(crate) mod recover;
+pub(crate) mod report;
 pub(crate) mod run;
 mod select;
 mod select_run;
@@ -15,3 +19,5 @@ pub(crate) mod thesis;
 pub(crate) mod top;
 pub(crate) mod validate;
 pub(crate) mod verify;
+
+pub(crate) use select::scenario_of;

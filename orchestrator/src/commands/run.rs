@@ -156,7 +156,7 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
             &log.sha256[..16]
         );
         println!(
-            "\nNext: `phalanx info {path}` shows what is in it, `phalanx check {path}` computes this table again,"
+            "\nNext: `phalanx report {path}` shows it in a browser, `phalanx check {path}` computes this table again,"
         );
         println!("and Foxglove, Lichtblick, Rerun or PlotJuggler open the file as it is.");
     }

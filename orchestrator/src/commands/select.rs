@@ -16,8 +16,13 @@ pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
     Ok(Assembly::load(&file, &text, &selection(args), &ROLES)?)
 }
 
-/// The scenario that a log holds, with its variant and overrides applied.
+/// The scenario that a log holds, with its variant and overrides applied, and its components.
 pub(super) fn from_log(log: &crate::log::Log) -> Result<Assembly, Failure> {
+    Ok(Assembly::new(scenario_of(log)?, &ROLES)?)
+}
+
+/// The scenario that a log holds, with its variant and overrides applied.
+pub(crate) fn scenario_of(log: &crate::log::Log) -> Result<Scenario, Failure> {
     let file = log.path().display().to_string();
     let Some(text) = log.scenario_text() else {
         return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
@@ -25,7 +30,7 @@ pub(super) fn from_log(log: &crate::log::Log) -> Result<Assembly, Failure> {
     let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &Selection::default())?;
     let overrides = log.metadata().and_then(|metadata| metadata.get("overrides"));
     scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
-    Ok(Assembly::new(scenario, &ROLES)?)
+    Ok(scenario)
 }
 
 fn selection(args: &ScenarioArgs) -> Selection {

@@ -1,0 +1,393 @@
+// One panel: a plot over time on two canvases, the curves below, cursor and dots above.
+
+const MARGIN = { left: 66, right: 14, top: 8, bottom: 22 };
+const LINES_HEIGHT = 210;
+const ROW_HEIGHT = 17;
+
+class Plot {
+  constructor(id) {
+    this.panels = runs.map((run) => run.panels.find((panel) => panel.id === id));
+    const first = this.panels.find(Boolean);
+    this.kind = first.kind;
+    this.names = [...new Set(this.panels.flatMap((panel) => panel?.views.map((view) => view.name) ?? []))];
+    this.hover = null;
+    this.readAt = 0;
+    this.base = element("canvas", { role: "img", "aria-label": first.title });
+    this.top = element("canvas");
+    this.frame = element("div", { class: "frame" }, this.base, this.top);
+    this.readings = element("div", { class: "readings" });
+    this.scaleButton = element("button", { type: "button", class: "quiet", onclick: () => this.toggleScale() });
+    this.heading = element("h2", {}, first.title);
+    this.card = element("section", { class: "card plot", id: `plot-${id}` },
+      element("header", {}, this.heading, element("span", { class: "space" }), this.chooser(), this.scaleButton),
+      this.frame, this.readings);
+    this.choose(this.names[0]);
+    this.listen();
+  }
+
+  /** Buttons for a few views, a list for many. */
+  chooser() {
+    if (this.names.length < 2) return null;
+    const short = this.names.length <= 4 && this.names.join("").length < 34;
+    if (!short) {
+      const options = this.names.map((name) => element("option", {}, name));
+      return element("select", { "aria-label": "What is shown", onchange: (event) => this.choose(event.target.value) }, ...options);
+    }
+    const tab = (name) => element("button", { type: "button", onclick: () => this.choose(name) }, name);
+    this.tabs = this.names.map(tab);
+    return element("span", { class: "tabs" }, ...this.tabs);
+  }
+
+  choose(name) {
+    this.name = name;
+    this.views = this.panels.map((panel) => panel?.views.find((view) => view.name === name));
+    const view = this.views.find(Boolean);
+    this.logarithmic = view.logarithmic;
+    this.magnitude = view.logarithmic || view.axis === "norm";
+    this.axis = `${view.axis}${view.unit ? ` [${view.unit}]` : ""}`;
+    this.tabs?.forEach((tab) => tab.setAttribute("aria-pressed", tab.textContent === name));
+    this.curves = this.views.flatMap((view, run) => (view?.curves ?? []).map((curve) => ({ ...curve, run, source: curve, values: null })));
+    const rows = Math.max(1, this.curves.length);
+    this.frame.style.height = `${this.kind === "bands" ? MARGIN.top + MARGIN.bottom + rows * ROW_HEIGHT : LINES_HEIGHT}px`;
+    this.labelScale();
+    this.list();
+    this.draw();
+  }
+
+  toggleScale() {
+    this.logarithmic = !this.logarithmic;
+    this.labelScale();
+    this.draw();
+  }
+
+  labelScale() {
+    this.scaleButton.textContent = this.logarithmic ? "log" : "linear";
+    this.scaleButton.title = "Logarithmic or linear scale";
+    this.scaleButton.hidden = this.kind === "bands";
+  }
+
+  listen() {
+    const time = (event) => this.timeAt(event.offsetX);
+    this.top.addEventListener("pointerdown", (event) => {
+      this.drag = { from: event.offsetX, to: event.offsetX };
+      this.top.setPointerCapture(event.pointerId);
+    });
+    this.top.addEventListener("pointermove", (event) => {
+      if (this.drag) this.drag.to = event.offsetX;
+      this.hover = time(event);
+      this.drawTop(true);
+    });
+    this.top.addEventListener("pointerup", (event) => {
+      const drag = this.drag;
+      this.drag = null;
+      if (!drag) return;
+      const ends = [this.timeAt(drag.from), time(event)].sort((a, b) => a - b);
+      if (Math.abs(event.offsetX - drag.from) > 6) setSpan(ends);
+      else setTime(ends[0]);
+    });
+    this.top.addEventListener("pointerleave", () => {
+      this.hover = null;
+      this.drawTop(true);
+    });
+    this.top.addEventListener("dblclick", () => setSpan(null));
+  }
+
+  timeAt(x) {
+    const [start, end] = state.span ?? [0, lastTime];
+    const share = (x - MARGIN.left) / Math.max(1, this.width - MARGIN.left - MARGIN.right);
+    return start + Math.min(1, Math.max(0, share)) * (end - start);
+  }
+
+  x(time) {
+    const [start, end] = state.span ?? [0, lastTime];
+    return MARGIN.left + ((time - start) / Math.max(end - start, 1e-12)) * (this.width - MARGIN.left - MARGIN.right);
+  }
+
+  y(value) {
+    const [low, high] = this.range;
+    const [v, a, b] = this.logarithmic ? [Math.log10(value), Math.log10(low), Math.log10(high)] : [value, low, high];
+    return this.height - MARGIN.bottom - ((v - a) / (b - a)) * (this.height - MARGIN.top - MARGIN.bottom);
+  }
+
+  shown(curve) {
+    return !state.hidden.has(curve.run);
+  }
+
+  colour(curve) {
+    if (comparing) return hue(curve.run);
+    return curve.agent === null ? colours.ink : hue(curve.agent);
+  }
+
+  /** How strongly a curve stands out, 0 to 1. */
+  weight(curve) {
+    const chosen = state.pointed ?? state.solo;
+    if (chosen === null || curve.agent === null) return 1;
+    return chosen === curve.agent ? 1 : 0.12;
+  }
+
+  /** First and last index of a run that the plot shows. */
+  window(run) {
+    const times = runs[run].time;
+    const [start, end] = state.span ?? [0, lastTime];
+    return [indexAt(times, start), Math.min(times.length - 1, indexAt(times, end) + 1)];
+  }
+
+  findRange() {
+    let values = [];
+    const { limits } = this.views.find(Boolean);
+    // What was asked for may exceed a limit by far; the plot is about what acts.
+    const counts = (curve) => this.shown(curve) && !(limits.length && curve.second);
+    for (const curve of this.curves.filter(counts)) {
+      const [first, last] = this.window(curve.run);
+      for (let k = first; k <= last; k += 1) values.push(curve.values[k]);
+    }
+    values = Float32Array.from(values.filter((value) => Number.isFinite(value) && (!this.logarithmic || value > 0))).sort();
+    if (!values.length) return [this.logarithmic ? 0.1 : 0, 1];
+    let [low, high] = [values[0], values[values.length - 1]];
+    if (this.logarithmic) {
+      // A curve that touches zero for an instant must not squeeze all others.
+      low = Math.max(low, values[Math.floor(values.length * 0.004)] / 2, high * 1e-14);
+      if (high / low < 3) [low, high] = [low / 2, high * 2];
+      return [low / 1.15, high * 1.3];
+    }
+    for (const [, value] of limits)
+      if (value >= low - (high - low) && value <= high + (high - low)) [low, high] = [Math.min(low, value), Math.max(high, value)];
+    if (this.magnitude) low = Math.min(low, 0);
+    const room = (high - low || Math.abs(high) || 1) * 0.05;
+    return [low === 0 ? 0 : low - room, high + room];
+  }
+
+  draw() {
+    // A plot out of sight is drawn when it comes into sight.
+    this.stale = !this.base.clientWidth || !(onScreen.has(this.card) || printing);
+    if (this.stale) return;
+    for (const curve of this.curves) curve.values ??= valuesOf(curve.source);
+    const { context, width, height } = fitCanvas(this.base);
+    Object.assign(this, { width, height });
+    context.font = FONT;
+    if (this.kind === "bands") this.drawBands(context);
+    else this.drawLines(context);
+    this.drawTop(true);
+  }
+
+  drawTimeAxis(context) {
+    const [start, end] = state.span ?? [0, lastTime];
+    const step = niceStep(end - start, Math.max(2, (this.width - 80) / 90));
+    context.textAlign = "center";
+    context.textBaseline = "top";
+    for (const tick of ticksBetween(start, end, step)) {
+      const x = Math.round(this.x(tick)) + 0.5;
+      this.rule(context, x, MARGIN.top, x, this.height - MARGIN.bottom, colours.grid);
+      context.fillStyle = colours.soft;
+      context.fillText(`${tickText(tick, step)} s`, Math.min(x, this.width - 16), this.height - MARGIN.bottom + 6);
+    }
+  }
+
+  rule(context, x0, y0, x1, y1, colour) {
+    context.strokeStyle = colour;
+    context.lineWidth = 1;
+    context.beginPath();
+    context.moveTo(x0, y0);
+    context.lineTo(x1, y1);
+    context.stroke();
+  }
+
+  drawLines(context) {
+    this.range = this.findRange();
+    this.drawTimeAxis(context);
+    this.drawValueAxis(context);
+    context.save();
+    context.beginPath();
+    context.rect(MARGIN.left, MARGIN.top - 2, this.width - MARGIN.left - MARGIN.right, this.height - MARGIN.top - MARGIN.bottom + 4);
+    context.clip();
+    const ordered = this.curves.filter((curve) => this.shown(curve)).sort((a, b) => this.weight(a) - this.weight(b));
+    for (const curve of ordered) this.drawCurve(context, curve);
+    context.restore();
+    this.drawLimits(context);
+  }
+
+  drawValueAxis(context) {
+    const [low, high] = this.range;
+    const right = this.width - MARGIN.right;
+    const label = (value, text, strong) => {
+      const y = Math.round(this.y(value)) + 0.5;
+      this.rule(context, MARGIN.left, y, right, y, colours.grid);
+      context.fillStyle = colours.soft;
+      if (strong) context.fillText(text, MARGIN.left - 7, y);
+    };
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    if (this.logarithmic) {
+      const decades = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+      const stride = Math.ceil((decades[1] - decades[0]) / 7);
+      for (let power = decades[0]; power <= decades[1]; power += 1)
+        for (const factor of decades[1] - decades[0] <= 4 ? [1, 2, 5] : [1]) {
+          const value = factor * 10 ** power;
+          if (value >= low && value <= high) label(value, factor === 1 ? powerText(power) : short(value), factor === 1 ? power % stride === 0 : decades[1] - decades[0] <= 2);
+        }
+    } else {
+      const step = niceStep(high - low, 5);
+      for (const tick of ticksBetween(low, high, step)) label(tick, tickText(tick, step), true);
+    }
+    context.save();
+    context.translate(11, MARGIN.top + (this.height - MARGIN.top - MARGIN.bottom) / 2);
+    context.rotate(-Math.PI / 2);
+    context.textAlign = "center";
+    context.fillStyle = colours.soft;
+    context.fillText(this.axis, 0, 0);
+    context.restore();
+  }
+
+  drawCurve(context, curve) {
+    const times = runs[curve.run].time;
+    const [first, last] = this.window(curve.run);
+    const strong = this.weight(curve);
+    const alone = (state.pointed ?? state.solo) === curve.agent;
+    context.strokeStyle = this.colour(curve);
+    context.globalAlpha = comparing && !alone && curve.agent !== null ? strong * 0.55 : strong;
+    context.lineWidth = alone ? 2 : 1.4;
+    context.lineJoin = "round";
+    context.setLineDash(curve.second ? [5, 3] : comparing ? runDash(curve.run) : agentDash(curve.agent ?? 0));
+    context.beginPath();
+    let drawing = false;
+    for (let k = first; k <= last; k += 1) {
+      const value = curve.values[k];
+      if (!Number.isFinite(value) || (this.logarithmic && value <= 0)) {
+        drawing = false;
+        continue;
+      }
+      if (drawing) context.lineTo(this.x(times[k]), this.y(value));
+      else context.moveTo(this.x(times[k]), this.y(value));
+      drawing = true;
+    }
+    context.stroke();
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+  }
+
+  drawLimits(context) {
+    context.textAlign = "right";
+    context.textBaseline = "bottom";
+    for (const [label, value] of this.views.find(Boolean).limits) {
+      if (value < this.range[0] || value > this.range[1]) continue;
+      const y = Math.round(this.y(value)) + 0.5;
+      context.setLineDash([6, 4]);
+      this.rule(context, MARGIN.left, y, this.width - MARGIN.right, y, colours.bad);
+      context.setLineDash([]);
+      context.fillStyle = colours.bad;
+      context.fillText(label, this.width - MARGIN.right - 4, y - 2);
+    }
+  }
+
+  drawBands(context) {
+    this.drawTimeAxis(context);
+    context.textBaseline = "middle";
+    this.curves.forEach((curve, row) => {
+      const top = MARGIN.top + row * ROW_HEIGHT;
+      context.textAlign = "right";
+      context.fillStyle = colours.soft;
+      context.fillText(curve.label, MARGIN.left - 7, top + ROW_HEIGHT / 2);
+      context.fillStyle = colours.grid;
+      context.fillRect(MARGIN.left, top + ROW_HEIGHT / 2 - 0.5, this.width - MARGIN.left - MARGIN.right, 1);
+      if (!this.shown(curve)) return;
+      const most = curve.values.reduce((a, b) => Math.max(a, Math.abs(b)), 1e-12);
+      const times = runs[curve.run].time;
+      const [first, last] = this.window(curve.run);
+      context.fillStyle = this.colour(curve);
+      for (let k = first, next; k < last; k = next) {
+        for (next = k + 1; next < last && curve.values[next] === curve.values[k]; next += 1);
+        if (!curve.values[k]) continue;
+        context.globalAlpha = this.weight(curve) * (0.4 + (0.6 * Math.abs(curve.values[k])) / most);
+        const [from, to] = [Math.max(MARGIN.left, this.x(times[k])), Math.min(this.width - MARGIN.right, this.x(times[next]))];
+        context.fillRect(from, top + 3, Math.max(1, to - from), ROW_HEIGHT - 6);
+      }
+      context.globalAlpha = 1;
+    });
+  }
+
+  /** Curves that belong together in the list below the plot: one entry per agent, or per run if there are several. */
+  list() {
+    const groups = new Map();
+    for (const curve of this.curves) {
+      const key = comparing ? curve.run : curve.agent ?? -1;
+      groups.set(key, [...(groups.get(key) ?? []), curve]);
+    }
+    this.entries = [...groups].map(([key, curves]) => {
+      const value = element("b", {}, "");
+      const dot = element("i", { class: comparing ? `dash dash-${key % DASHES.length}` : "dot" });
+      const name = comparing ? runs[key].name : key < 0 ? curves[0].label : String(runs[0].scene.agents[key].number);
+      const node = element("span", { title: comparing || key < 0 ? null : "Click to single out this agent" }, dot, name, value);
+      if (!comparing && key >= 0) {
+        node.addEventListener("click", () => setSolo(state.solo === key ? null : key));
+        node.addEventListener("pointerenter", () => setPointed(key));
+        node.addEventListener("pointerleave", () => setPointed(null));
+      }
+      return { key, curves, value, dot, node };
+    });
+    const second = this.curves.find((curve) => curve.second);
+    const key = second ? [element("em", {}, `solid: ${this.curves[0].label}, dashed: ${second.label}`)] : [];
+    const listed = this.kind === "bands" || this.entries.length > 12 ? [] : this.entries.map((entry) => entry.node);
+    this.readings.replaceChildren(...listed, ...key);
+  }
+
+  /** What a list entry reads at an instant. */
+  reading(entry, time) {
+    const at = (curve) => (time > runs[curve.run].end ? NaN : curve.values[indexAt(runs[curve.run].time, time)]);
+    const chosen = state.pointed ?? state.solo;
+    if (!comparing || chosen !== null) {
+      const curves = comparing ? entry.curves.filter((curve) => curve.agent === chosen || curve.agent === null) : entry.curves;
+      return curves.map((curve) => short(at(curve))).join(" | ");
+    }
+    const largest = Math.max(...entry.curves.filter((curve) => !curve.second).map((curve) => Math.abs(at(curve))));
+    return short(largest);
+  }
+
+  /** Cursor, dots and numbers. The numbers change ten times a second at most, so that one can read them. */
+  drawTop(now = false) {
+    if (this.stale || !this.base.clientWidth) return;
+    const { context } = fitCanvas(this.top);
+    context.font = FONT;
+    const bottom = this.height - MARGIN.bottom;
+    const inside = (time) => time >= (state.span?.[0] ?? 0) && time <= (state.span?.[1] ?? lastTime) + 1e-9;
+    if (this.drag && Math.abs(this.drag.to - this.drag.from) > 6) {
+      context.fillStyle = colours.accent;
+      context.globalAlpha = 0.15;
+      context.fillRect(Math.min(this.drag.from, this.drag.to), MARGIN.top, Math.abs(this.drag.to - this.drag.from), bottom - MARGIN.top);
+      context.globalAlpha = 1;
+    }
+    const cursor = Math.round(this.x(state.time)) + 0.5;
+    if (inside(state.time)) this.rule(context, cursor, MARGIN.top, cursor, bottom, colours.accent);
+    if (this.hover !== null) {
+      context.setLineDash([2, 3]);
+      this.rule(context, this.x(this.hover), MARGIN.top, this.x(this.hover), bottom, colours.soft);
+      context.setLineDash([]);
+    }
+    const time = this.hover ?? state.time;
+    if (this.kind === "lines" && inside(time)) this.drawDots(context, time);
+    if (now || performance.now() - this.readAt > 100) this.read(time);
+  }
+
+  drawDots(context, time) {
+    for (const curve of this.curves) {
+      if (!this.shown(curve) || this.weight(curve) < 1 || (comparing && state.solo === null) || time > runs[curve.run].end) continue;
+      const value = curve.values[indexAt(runs[curve.run].time, time)];
+      if (!(value >= this.range[0] && value <= this.range[1])) continue;
+      context.beginPath();
+      context.arc(this.x(time), this.y(value), 3, 0, 2 * Math.PI);
+      context.fillStyle = this.colour(curve);
+      context.fill();
+      context.strokeStyle = colours.card;
+      context.stroke();
+    }
+  }
+
+  read(time) {
+    this.readAt = performance.now();
+    for (const entry of this.entries) {
+      entry.value.textContent = this.reading(entry, time);
+      entry.dot.style.color = this.colour(entry.curves[0]);
+      entry.node.classList.toggle("faint", this.weight(entry.curves[0]) < 1 && !comparing);
+      entry.node.hidden = !this.shown(entry.curves[0]);
+    }
+  }
+}

@@ -1,0 +1,49 @@
+//! `phalanx echo`.
+
+use std::io::{BufWriter, ErrorKind, Write, stdout};
+
+use crate::cli::EchoArgs;
+use crate::export::{Table, header, write_row};
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::view::{signals, topics};
+
+pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
+    let log = Log::open(&args.log)?;
+    let channels = topics(&log, &args.topic)?;
+    let [channel] = channels.as_slice() else {
+        let names: Vec<&str> = channels.iter().map(|channel| channel.topic.as_str()).collect();
+        return Err(Failure::Usage(format!("echo prints one topic; {} means {}", args.topic, names.join(", "))));
+    };
+    let mut table = Table::of(&log, channel);
+    if let Some(field) = &args.field {
+        let wanted = signals(&log, &format!("{}/{field}", channel.topic))?;
+        table.keep(&wanted);
+    }
+    let count = log.times().len();
+    let rows: Vec<usize> = match args.at {
+        Some(time) => vec![sample_at(&log, time)?],
+        None => (0..count).step_by(args.every as usize).collect(),
+    };
+    let mut out = BufWriter::new(stdout().lock());
+    let written = (|| {
+        writeln!(out, "{}", header(&table, "\t"))?;
+        rows.iter().try_for_each(|&row| write_row(&mut out, &log, &table, row, "\t"))?;
+        out.flush()
+    })();
+    match written {
+        // Whoever reads it has seen enough, as `head` does.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        other => other.map_err(Failure::system("write to the terminal")),
+    }
+}
+
+/// The last sample at or before `time`, s.
+fn sample_at(log: &Log, time: f64) -> Result<usize, Failure> {
+    // Times are kept in whole nanoseconds: half of one forgives the rounding of a decimal number.
+    let before = log.times().iter().take_while(|ns| **ns as f64 <= time * 1e9 + 0.5).count();
+    before.checked_sub(1).ok_or_else(|| {
+        let first = log.times().first().map_or(0.0, |ns| *ns as f64 / 1e9);
+        Failure::Usage(format!("--at {time}: the first sample of {} is that of {first} s", log.path().display()))
+    })
+}

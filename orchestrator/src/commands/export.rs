@@ -1,0 +1,52 @@
+//! `phalanx export`.
+
+use std::path::{Path, PathBuf};
+
+use crate::cli::{ExportArgs, ExportFormat};
+use crate::export::{Table, write_csv, write_mat, write_npz};
+use crate::failure::Failure;
+use crate::log::{Log, LogChannel};
+use crate::view::topics;
+
+pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
+    let log = Log::open(&args.log)?;
+    let tables = wanted(&log, &args.topics)?;
+    let every = usize::try_from(args.every).unwrap_or(usize::MAX);
+    let out = args.out.clone().unwrap_or_else(|| default_out(&args.log, args.format));
+    let failed = |path: &Path| Failure::system(format!("write {}", path.display()));
+    match args.format {
+        ExportFormat::Csv => {
+            std::fs::create_dir_all(&out).map_err(Failure::system(format!("create the folder {}", out.display())))?;
+            for table in &tables {
+                let path = out.join(format!("{}.csv", table.name));
+                write_csv(&path, &log, table, every).map_err(failed(&path))?;
+            }
+        }
+        ExportFormat::Npz => write_npz(&out, &log, &tables, every).map_err(failed(&out))?,
+        ExportFormat::Mat => write_mat(&out, &log, &tables, every).map_err(failed(&out))?,
+    }
+    let rows = log.times().len().div_ceil(every);
+    println!("{}: {} topics, {rows} samples each.", out.display(), tables.len());
+    Ok(())
+}
+
+/// The topics that any of the patterns means, all if there is no pattern; in the order of the log.
+fn wanted<'a>(log: &'a Log, patterns: &[String]) -> Result<Vec<Table<'a>>, Failure> {
+    let mut chosen: Vec<&LogChannel> = Vec::new();
+    for pattern in patterns {
+        chosen.extend(topics(log, pattern)?);
+    }
+    let is_chosen = |channel: &&LogChannel| patterns.is_empty() || chosen.iter().any(|c| c.topic == channel.topic);
+    let channels = log.channels().iter().filter(|channel| channel.layout.is_some()).filter(is_chosen);
+    Ok(channels.map(|channel| Table::of(log, channel)).collect())
+}
+
+fn default_out(log: &Path, format: ExportFormat) -> PathBuf {
+    match format {
+        ExportFormat::Csv => {
+            log.with_file_name(format!("{}-csv", log.file_stem().unwrap_or_default().to_string_lossy()))
+        }
+        ExportFormat::Npz => log.with_extension("npz"),
+        ExportFormat::Mat => log.with_extension("mat"),
+    }
+}

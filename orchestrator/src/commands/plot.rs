@@ -1,0 +1,70 @@
+//! `phalanx plot`.
+
+use std::io::IsTerminal;
+
+use crate::cli::PlotArgs;
+use crate::drawing::{Drawing, Line};
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::metrics::norm;
+use crate::view::signals;
+
+/// Columns where nobody says how many there are.
+const WIDTH: u16 = 100;
+/// Lines that one can still tell apart.
+const LINES_MAX: usize = 24;
+
+pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
+    let log = Log::open(&args.log)?;
+    let samples = window(&log, args)?;
+    let times: Vec<f64> = samples.clone().map(|sample| log.times()[sample] as f64 / 1e9).collect();
+    let mut lines = Vec::new();
+    for text in &args.signals {
+        for signal in signals(&log, text)? {
+            let Some(series) = log.signal(&signal.topic, &signal.field) else { continue };
+            let name = format!("{}/{}", signal.topic.trim_start_matches('/'), signal.field);
+            if args.norm && signal.component.is_none() && series.width() > 1 {
+                let values = samples.clone().map(|sample| norm(series.row(sample))).collect();
+                lines.push(Line { label: format!("|{name}|"), values });
+                continue;
+            }
+            let components = signal.component.map_or(0..series.width(), |component| component..component + 1);
+            lines.extend(components.map(|component| Line {
+                label: if series.width() == 1 { name.clone() } else { format!("{name}[{component}]") },
+                values: samples.clone().map(|sample| series.row(sample)[component]).collect(),
+            }));
+        }
+    }
+    if lines.len() > LINES_MAX {
+        let hint = "name components, as in position[2], or ask for --norm";
+        return Err(Failure::Usage(format!("that makes {} lines; {LINES_MAX} is the most; {hint}", lines.len())));
+    }
+    let terminal = std::io::stdout().is_terminal();
+    let columns = args.width.or_else(|| terminal_size::terminal_size().map(|(width, _)| width.0)).unwrap_or(WIDTH);
+    let coloured = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let drawing = Drawing {
+        columns: usize::from(columns.max(30)),
+        rows: usize::from(args.height),
+        logarithmic: args.log_scale,
+        coloured,
+    };
+    print!("{}", drawing.draw(&times, &lines));
+    Ok(())
+}
+
+/// The samples between `--from` and `--to`.
+fn window(log: &Log, args: &PlotArgs) -> Result<std::ops::Range<usize>, Failure> {
+    let before = |limit: f64| log.times().iter().take_while(|ns| **ns as f64 <= limit * 1e9 + 0.5).count();
+    let end = args.to.map_or(log.times().len(), before);
+    let start =
+        args.from.map_or(0, |from| log.times().iter().take_while(|ns| (**ns as f64) < from * 1e9 - 0.5).count());
+    if end < start + 2 {
+        let last = log.times().last().map_or(0.0, |ns| *ns as f64 / 1e9);
+        return Err(Failure::Usage(format!(
+            "there are {} samples in that span; {} ends at {last} s",
+            end.saturating_sub(start),
+            log.path().display()
+        )));
+    }
+    Ok(start..end)
+}

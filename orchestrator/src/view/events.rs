@@ -1,0 +1,133 @@
+//! What is on or off: flags, and the links of the communication graph.
+
+use super::panel::{Curve, Kind, Panel, View};
+use super::{Grid, Subject};
+use crate::log::Series;
+
+/// A link of the communication graph: `to` receives what `from` publishes. Agents by their place in the list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Who publishes.
+    pub from: usize,
+    /// Who receives.
+    pub to: usize,
+    /// Spans of time in s during which it exists.
+    pub spans: Vec<[f64; 2]>,
+}
+
+/// The links of a run: those that were logged as `adjacency` if they were, else the static ones of the scenario.
+pub fn links(subject: &Subject) -> Vec<Link> {
+    let end = subject.time(subject.samples() - 1);
+    let mut links = Vec::new();
+    for to in 0..subject.agents.len() {
+        for from in (0..subject.agents.len()).filter(|from| *from != to) {
+            let spans = match adjacency(subject, to) {
+                Some(row) => spans(subject, row.component(from)),
+                None if fixed(subject, to, from) > 0.0 => vec![[0.0, end]],
+                None => Vec::new(),
+            };
+            if !spans.is_empty() {
+                links.push(Link { from, to, spans });
+            }
+        }
+    }
+    links
+}
+
+/// The logged weights with which an agent receives from all agents.
+fn adjacency(subject: &Subject, place: usize) -> Option<Series<'_>> {
+    let found = subject.roles().into_iter().find_map(|role| subject.signal(place, &role, "adjacency"))?;
+    (found.width() == subject.agents.len()).then_some(found)
+}
+
+fn fixed(subject: &Subject, to: usize, from: usize) -> f64 {
+    let topology = subject.scenario.as_ref().map(|scenario| &scenario.context.topology);
+    topology.filter(|topology| topology.size() > to.max(from)).map_or(0.0, |topology| topology.a(to, from))
+}
+
+/// When the weights are above 0.
+fn spans(subject: &Subject, weights: impl ExactSizeIterator<Item = f64>) -> Vec<[f64; 2]> {
+    let last = weights.len() - 1;
+    let mut spans = Vec::new();
+    let mut since = None;
+    for (sample, weight) in weights.enumerate() {
+        match (since, weight > 0.0) {
+            (None, true) => since = Some(subject.time(sample)),
+            (Some(start), false) => {
+                spans.push([start, subject.time(sample)]);
+                since = None;
+            }
+            _ => {}
+        }
+        if let (true, Some(start)) = (sample == last, since) {
+            spans.push([start, subject.time(sample)]);
+        }
+    }
+    spans
+}
+
+/// Links that do not exist all the time.
+pub(super) fn switching(subject: &Subject, grid: &Grid) -> Option<Panel> {
+    /// More rows than this say nothing to anybody.
+    const ROWS: usize = 60;
+    let end = subject.time(subject.samples() - 1);
+    let switching: Vec<Link> =
+        links(subject).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]).take(ROWS).collect();
+    let curves: Vec<Curve> = switching
+        .iter()
+        .filter_map(|link| {
+            let row = adjacency(subject, link.to)?;
+            Some(Curve {
+                label: format!("{} \u{2192} {}", subject.agents[link.from], subject.agents[link.to]),
+                agent: Some(link.to),
+                second: false,
+                values: grid.curve(|sample| row.row(sample)[link.from]),
+            })
+        })
+        .collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let view = View { name: "links".into(), axis: "link".into(), curves, ..View::default() };
+    Some(Panel { id: "links", title: "Links that come and go", kind: Kind::Bands, views: vec![view] })
+}
+
+/// Signals that say "on" or "off".
+pub(super) fn flags(subject: &Subject, grid: &Grid) -> Option<Panel> {
+    let mut views = Vec::new();
+    for role in subject.roles() {
+        for field in subject.fields(&role).iter().filter(|field| is_flag(&field.name)) {
+            let signals = (0..subject.agents.len())
+                .filter_map(|place| Some((place, subject.signal(place, &role, &field.name)?)))
+                .flat_map(|(place, series)| (0..series.width()).map(move |component| (place, series, component)));
+            let curves = signals.map(|(place, series, component)| Curve {
+                label: match series.width() {
+                    1 => subject.agent_name(place),
+                    _ => format!("{} [{component}]", subject.agent_name(place)),
+                },
+                agent: Some(place),
+                second: false,
+                values: grid.curve(|sample| series.row(sample)[component]),
+            });
+            let name = format!("{role} {}", field.name.replace('_', " "));
+            views.push(View { axis: "agent".into(), curves: curves.collect(), name, ..View::default() });
+        }
+    }
+    (!views.is_empty()).then_some(Panel { id: "flags", title: "Flags", kind: Kind::Bands, views })
+}
+
+/// Whether a signal of this name is one that is on or off.
+pub(super) fn is_flag(name: &str) -> bool {
+    name.split('_').any(|word| matches!(word, "flag" | "flags" | "active" | "saturated" | "triggered" | "feasible"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_known_by_a_word_of_their_name() {
+        assert!(is_flag("flag") && is_flag("lp_active") && is_flag("input_saturated"));
+        assert!(!is_flag("activeness") && !is_flag("position"));
+    }
+}
