@@ -3,10 +3,11 @@
 use formation::math::{Differentiator, DifferentiatorGains};
 use formation::nalgebra::SVector;
 use formation::scenario::Context;
-use formation::vehicle::{MAX_COORDINATES, Vehicle};
-use formation::wiring::{Bind, Checks, Component, Refusal, Role};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use formation::wiring::{Bind, Checks, Component, Refusal};
+use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
 use serde::Deserialize;
+
+use crate::applied_input::AppliedInput;
 
 /// Gains of the observer.
 #[derive(Clone, Debug, Deserialize)]
@@ -56,13 +57,12 @@ impl Component for FiniteTimeDisturbance {
 
 struct FiniteTimeDisturbanceParticipant<const D: usize> {
     observer: Differentiator<3, D>,
-    vehicle: Vehicle,
+    applied: AppliedInput,
     /// Coordinates and velocities of the step before: the equations are advanced with the values at the start of the interval.
     position_before: SVector<f64, D>,
     velocity_before: SVector<f64, D>,
     position: In<D>,
     velocity: In<D>,
-    input: Slice,
     outputs: [Out<D>; 3],
 }
 
@@ -72,12 +72,11 @@ impl<const D: usize> FiniteTimeDisturbanceParticipant<D> {
         let start = SVector::from_column_slice(&row.velocity);
         Ok(Self {
             observer: gains.observer(start),
-            vehicle: row.nominal.clone(),
+            applied: AppliedInput::new(context, agent, bind)?,
             position_before: SVector::from_column_slice(&row.position),
             velocity_before: start,
             position: bind.state(agent, "position")?,
             velocity: bind.state(agent, "velocity")?,
-            input: bind.slice(Role::Controller, agent, "input", row.nominal.inputs(), Timing::Delayed)?,
             outputs: [
                 bind.out(agent, "velocity")?,
                 bind.out(agent, "disturbance")?,
@@ -85,19 +84,12 @@ impl<const D: usize> FiniteTimeDisturbanceParticipant<D> {
             ],
         })
     }
-
-    /// g(x) u + drift of the last interval.
-    fn known_acceleration(&self, input: &[f64]) -> SVector<f64, D> {
-        let mut effect = [0.0; MAX_COORDINATES];
-        self.vehicle.effect(self.position_before.as_slice(), input, &mut effect);
-        SVector::from_fn(|j, _| effect[j] + self.vehicle.drift(j))
-    }
 }
 
 impl<const D: usize> Participant for FiniteTimeDisturbanceParticipant<D> {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
         if !step.is_first() {
-            let known = self.known_acceleration(io.slice(self.input));
+            let known = self.applied.effect(io, &self.position_before);
             self.observer.advance(step.dt, &self.velocity_before, &known); // (2.11)
         }
         self.position_before = io.get(self.position).into();

@@ -3,6 +3,8 @@
 // The digits of an angle are those of the golden table, not meant as a constant.
 #![allow(clippy::approx_constant)]
 
+use formation::scenario::{Scenario, Selection};
+use orchestrator::catalog::SCENARIOS;
 use tests::Bench;
 
 struct Golden {
@@ -133,4 +135,35 @@ fn cnn_dsm_agrees_throughout() {
         bench.expect_within("/agent_1/command", "input", 0, &golden.input, 1e-6, 0.0);
         bench.expect_within("/agent_1/command", "network", 0, &golden.estimate, 1e-6, 0.0);
     }
+}
+
+/// The laws of this chapter are made for undirected graphs: another number of agents keeps the ring's links both ways.
+#[test]
+fn another_number_of_agents_stays_undirected() {
+    let shipped = SCENARIOS.iter().find(|shipped| shipped.name == "dsm-cnn").expect("a shipped scenario");
+    let load = |overrides: &[&str]| {
+        let selection = Selection { variant: None, overrides: overrides.iter().map(|o| o.to_string()).collect() };
+        Scenario::load(shipped.file, shipped.text, &selection).unwrap_or_else(|p| panic!("{}", p[0])).context
+    };
+    let five = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0],[0,-2,0],[1,1,0]]"]).topology;
+    assert_eq!(five.neighbours(0), [1, 4]);
+    assert!((0..5).all(|i| (0..5).all(|j| five.a(i, j) == five.a(j, i))));
+    let three = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0]]", "A=[[0,1,0],[1,0,1],[0,1,0]]"]).topology;
+    assert_eq!(three.neighbours(0), [1]);
+}
+
+/// Every source of the acceleration drives the loop; the command line's bare `true` is a name here.
+#[test]
+fn accelerations_may_come_from_anywhere() {
+    let error = |overrides: &[&str]| {
+        let mut bench = Bench::new("dsm-ftdo", overrides);
+        bench.run_to(5.0);
+        let wanted = bench.signal("/agent_1/reference", "position");
+        let found = bench.signal("/agent_1/state", "position");
+        wanted.iter().zip(found).map(|(wanted, found)| (wanted - found).abs()).fold(0.0, f64::max)
+    };
+    let errors = ["bd", "ftdo", "true"].map(|source| error(&[&format!("accel={source}")]));
+    assert!(errors.iter().all(|error| *error < 1e-3), "{errors:?}");
+    let alone = error(&["variant=DSM-SW", "accel=true"]);
+    assert!(alone < 1e-2, "{alone}");
 }
