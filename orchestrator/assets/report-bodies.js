@@ -28,14 +28,12 @@ const drawPaper = (scene) => {
 };
 
 const drawFloor = (scene) => {
-  const { context, low, high } = scene;
+  const { context, low, high, step } = scene;
   const size = Math.max(high[0] - low[0], high[1] - low[1]);
-  const step = niceStep(size, 6);
   // Numbers at every line, or as many as there is room for.
   const labelStep = niceStep(size, Math.max(1, Math.min(6, (size * scene.scale) / 40)));
-  const [x0, y0] = [Math.floor(low[0] / step) * step, Math.floor(low[1] / step) * step];
-  const [x1, y1] = [Math.ceil(high[0] / step) * step, Math.ceil(high[1] / step) * step];
-  const z = low[2];
+  const [x0, y0, z] = low;
+  const [x1, y1] = high;
   for (const x of ticksBetween(x0, x1, step)) scene.line([scene.project(x, y0, z), scene.project(x, y1, z)], colours.line, 1);
   for (const y of ticksBetween(y0, y1, step)) scene.line([scene.project(x0, y, z), scene.project(x1, y, z)], colours.line, 1);
   // Numbers go to the two edges in front, heights to the corner at the left.

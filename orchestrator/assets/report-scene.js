@@ -33,7 +33,14 @@ class Scene {
     }
     for (let axis = 0; axis < 3; axis += 1)
       if (!(this.high[axis] > this.low[axis])) [this.low[axis], this.high[axis]] = [(this.low[axis] || 0) - 0.5, (this.low[axis] || 0) + 0.5];
-    if (!this.planar) this.low[2] = Math.min(0, this.low[2]);
+    if (this.planar) return;
+    // The floor ends at lines of its grid.
+    this.low[2] = Math.min(0, this.low[2]);
+    this.step = niceStep(Math.max(this.high[0] - this.low[0], this.high[1] - this.low[1]), 6);
+    for (const axis of [0, 1]) {
+      this.low[axis] = Math.floor(this.low[axis] / this.step) * this.step;
+      this.high[axis] = Math.ceil(this.high[axis] / this.step) * this.step;
+    }
   }
 
   listen() {

@@ -25,7 +25,7 @@ const redrawAll = () => redraw("scenes", "plots");
 
 const showTime = () => {
   byId("scrub").value = state.time;
-  byId("clock").replaceChildren(`${state.time.toFixed(2)} s `, element("small", {}, `of ${short(lastTime)}`));
+  byId("clock").replaceChildren(`${state.time.toFixed(lastTime < 1 ? 4 : 2)} s `, element("small", {}, `of ${short(lastTime)}`));
   redrawScenes();
   plots.forEach((plot) => onScreen.has(plot.card) && plot.drawTop());
 };

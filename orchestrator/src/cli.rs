@@ -76,7 +76,7 @@ pub struct ScenarioArgs {
     /// Variant to run, as listed by `phalanx list`
     #[arg(long)]
     pub variant: Option<String>,
-    /// Change a field: --set controller.c_p=3, --set agents.2.position=[1,2,0], --set phase=0.5; may be repeated
+    /// Change a field: `--set controller.c_p=3`, `--set agents.2.position=[1,2,0]`, `--set phase=0.5`; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// Length of a step in s; short for --set timing.dt=...
