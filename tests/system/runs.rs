@@ -95,3 +95,14 @@ fn a_swapped_participant_gives_the_same_log() {
     assert_eq!(missing.code(), 3);
     assert!(missing.stderr().contains("no_such_program"), "{}", missing.stderr());
 }
+
+/// The links among the chosen agents are what is left of the graph, strongly connected or not.
+#[test]
+fn some_of_the_agents_can_be_chosen() {
+    let folder = Folder::new();
+    let short = ["run", "uav", "--duration", "1", "-q", "--json", "--placement", "single"];
+    let three = folder.run(&[&short[..], &["--set", "agents=[1,3,5]", "--out", "three.mcap"]].concat());
+    assert!(three.json()["metrics"]["tvq_uav3"]["value"].is_number(), "{}", three.stderr());
+    let again = folder.run(&["check", "three.mcap", "--json"]);
+    assert_eq!(again.json()["metrics"]["tvq_uav3"], three.json()["metrics"]["tvq_uav3"]);
+}

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
 use super::{Agent, Obstacles, Proximity, Timing};
-use crate::config::{Node, PerAgent, Problems, read};
+use crate::config::{Node, PerAgent, Problems, Value, read};
 use crate::formula::Formula;
 use crate::math::Topology;
 use crate::vehicle::Actuator;
@@ -19,6 +19,8 @@ pub struct Context {
     pub agents: Vec<Agent>,
     /// Who receives from whom.
     pub topology: Topology,
+    /// The graph need not be strongly connected: the scenario says so, or only some of its agents were chosen.
+    pub any_graph: bool,
     /// Links that appear when agents come close; `None` if the scenario has none or has switched them off.
     pub proximity: Option<Proximity>,
     /// The clock.
@@ -55,6 +57,9 @@ struct TopologySection {
     adjacency: Option<Vec<Vec<f64>>>,
     b: PerAgent,
     proximity: Option<Proximity>,
+    /// Read by [`Context::read`]; here for the check of its type.
+    #[serde(default, rename = "any_graph")]
+    _any_graph: bool,
 }
 
 impl Context {
@@ -89,6 +94,7 @@ impl Context {
         let mut context = Self {
             agents,
             topology,
+            any_graph: root.at("topology.any_graph").is_some_and(|node| node.value == Value::Bool(true)),
             proximity,
             timing: timing.unwrap_or(Timing { dt: 1.0, duration: 1.0 }),
             seed,

@@ -175,6 +175,10 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
     if given.adjacency {
         return Ok(());
     }
+    // What is left of a strongly connected graph need not be one.
+    if let Some(topology) = root.at_mut("topology").and_then(Node::as_table_mut) {
+        topology.insert("any_graph", Node::from_override(Value::Bool(true), &format!("--set {}", o.text)));
+    }
     let pick = |nodes: &mut Vec<Node>| {
         if nodes.len() == count {
             *nodes = rows.iter().map(|row| nodes[row - 1].clone()).collect();
