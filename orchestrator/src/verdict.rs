@@ -21,6 +21,27 @@ pub struct Row {
     pub ok: Option<bool>,
 }
 
+impl Row {
+    /// The band in words, `1 ... 2` or `<= 2`; empty if there is none.
+    pub fn band(&self) -> String {
+        match (self.expectation.low, self.expectation.high) {
+            (Some(low), Some(high)) => format!("{} ... {}", short(low), short(high)),
+            (Some(low), None) => format!(">= {}", short(low)),
+            (None, Some(high)) => format!("<= {}", short(high)),
+            (None, None) => String::new(),
+        }
+    }
+
+    /// The verdict in a word; empty if there is no band.
+    pub fn word(&self) -> &'static str {
+        match self.ok {
+            Some(true) => "ok",
+            Some(false) => "MISSED",
+            None => "",
+        }
+    }
+}
+
 /// All metrics of a run with their bands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
@@ -125,19 +146,7 @@ fn number(value: f64) -> Value {
 }
 
 fn cells(row: &Row) -> [String; 5] {
-    let Expectation { thesis, low, high } = &row.expectation;
-    let band = match (low, high) {
-        (Some(low), Some(high)) => format!("{} ... {}", short(*low), short(*high)),
-        (Some(low), None) => format!(">= {}", short(*low)),
-        (None, Some(high)) => format!("<= {}", short(*high)),
-        (None, None) => String::new(),
-    };
-    let ok = match row.ok {
-        Some(true) => "ok",
-        Some(false) => "MISSED",
-        None => "",
-    };
-    [row.id.clone(), thesis.clone(), short(row.value), band, ok.into()]
+    [row.id.clone(), row.expectation.thesis.clone(), short(row.value), row.band(), row.word().into()]
 }
 
 /// Four significant digits, in the notation that is shorter to read.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
 use super::{Agent, Obstacles, Proximity, Timing};
-use crate::config::{Node, PerAgent, Problems, Value, read};
+use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;
 use crate::vehicle::Actuator;
@@ -57,9 +57,8 @@ struct TopologySection {
     adjacency: Option<Vec<Vec<f64>>>,
     b: PerAgent,
     proximity: Option<Proximity>,
-    /// Read by [`Context::read`]; here for the check of its type.
-    #[serde(default, rename = "any_graph")]
-    _any_graph: bool,
+    #[serde(default)]
+    any_graph: bool,
 }
 
 impl Context {
@@ -90,11 +89,11 @@ impl Context {
             problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
         }
         let agents = read_agents(root, &vehicle, problems);
-        let (topology, proximity) = read_topology(root, &agents, problems);
+        let (topology, proximity, any_graph) = read_topology(root, &agents, problems);
         let mut context = Self {
             agents,
             topology,
-            any_graph: root.at("topology.any_graph").is_some_and(|node| node.value == Value::Bool(true)),
+            any_graph,
             proximity,
             timing: timing.unwrap_or(Timing { dt: 1.0, duration: 1.0 }),
             seed,
@@ -193,11 +192,11 @@ fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problem
     }
 }
 
-/// The graph; a ring where something is wrong with it, which is reported.
-fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Topology, Option<Proximity>) {
+/// The graph, its links by distance, and whether it may be any graph; a ring where something is wrong, which is reported.
+fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Topology, Option<Proximity>, bool) {
     let ring = || Topology::ring_rows(agents.len());
     let unit = || vec![1.0; agents.len()];
-    let (mut rows, mut reference, mut proximity) = (ring(), unit(), None);
+    let (mut rows, mut reference, mut proximity, mut any_graph) = (ring(), unit(), None, false);
     if let Some(section) = section::<TopologySection>(root, "topology", problems) {
         let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
         match section.b.resolve(agents.len(), &ids) {
@@ -209,6 +208,7 @@ fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Top
             problems.at(root, &format!("topology.proximity.{field}"), message);
         }
         proximity = section.proximity.filter(|proximity| proximity.enabled);
+        any_graph = section.any_graph;
     }
     if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
         problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));
@@ -217,5 +217,5 @@ fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Top
         problems.at(root, "topology.A", message);
         Topology::ring(agents.len())
     });
-    (topology, proximity)
+    (topology, proximity, any_graph)
 }

@@ -28,23 +28,6 @@ fn first_number(text: &str) -> Option<f64> {
     number.parse().ok().filter(|value: &f64| *value != 0.0)
 }
 
-fn band(row: &Row) -> String {
-    match (row.expectation.low, row.expectation.high) {
-        (Some(low), Some(high)) => format!("{} ... {}", short(low), short(high)),
-        (Some(low), None) => format!(">= {}", short(low)),
-        (None, Some(high)) => format!("<= {}", short(high)),
-        (None, None) => String::new(),
-    }
-}
-
-fn word(ok: Option<bool>) -> &'static str {
-    match ok {
-        Some(true) => "ok",
-        Some(false) => "MISSED",
-        None => "",
-    }
-}
-
 fn sides(claim: &ClaimRow) -> String {
     let one = |(left, relation, right): &(f64, &str, Option<f64>)| match right {
         Some(right) => format!("{} {relation} {}", short(*left), short(*right)),
@@ -102,8 +85,8 @@ pub fn as_text(campaign: &Campaign) -> String {
                     text,
                     "    {:<22}{thesis:>22}{value:>12}{ratio:>9}{:>24}  {}",
                     row.id,
-                    band(row),
-                    word(row.ok)
+                    row.band(),
+                    row.word()
                 );
             }
         }
@@ -142,8 +125,8 @@ pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
                     "| {} | {thesis} | {} | {ratio} | {} | {} |",
                     row.id,
                     short(row.value),
-                    band(row),
-                    word(row.ok)
+                    row.band(),
+                    row.word()
                 );
             }
         }
