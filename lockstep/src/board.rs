@@ -2,6 +2,9 @@
 //!
 //! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
 //! (delayed edges), and the conductor records several steps at a time; so every channel has cells for the last [`RING`] steps.
+//!
+//! A process that takes the place of another one writes to services of its own: a writer that was killed leaves its cells
+//! locked for ever. Readers notice by the page that a worker has another incarnation, and [`follow`] it.
 
 use std::fmt::Debug;
 use std::path::Path;
@@ -12,8 +15,9 @@ use iceoryx2::prelude::{
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
 use crate::cell::{ReadCell, SizeClass, WriteCell, class_for};
+use crate::page::Page;
 use crate::plan::PlanError;
-use crate::{ChannelId, Network, Node, Store, directory};
+use crate::{ChannelId, Network, Node, Plan, Status, Store, directory};
 
 /// Where iceoryx2 keeps its files within the run directory.
 const ROOT: &str = "iox";
@@ -49,6 +53,8 @@ pub(crate) struct ChannelReader {
     pub(crate) channel: ChannelId,
     /// Number of the node that writes it.
     writer: usize,
+    /// Which process of that node's worker.
+    incarnation: u32,
     cells: Vec<Box<dyn ReadCell>>,
 }
 
@@ -88,7 +94,8 @@ impl Hub {
         Ok(Self { node })
     }
 
-    /// Creates the service of a node, for `readers` processes besides this one and the writer's.
+    /// Creates the service of a node and of one process that hosts it, for `readers` processes besides this one and the
+    /// writer's.
     ///
     /// # Errors
     /// [`ServiceError`], also if a sample fits no cell.
@@ -96,9 +103,10 @@ impl Hub {
         &self,
         network: &'a Network,
         node: usize,
+        incarnation: u32,
         readers: usize,
     ) -> Result<Board<'a>, ServiceError> {
-        let name = service_name(&network.nodes[node]);
+        let name = service_name(&network.nodes[node], incarnation);
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let mut creator = self
             .node
@@ -113,19 +121,24 @@ impl Hub {
             }
         }
         let service = creator.create().map_err(error(format!("create service {name}")))?;
-        Ok(Board { network, node, name, service })
+        Ok(Board { network, node, incarnation, name, service })
     }
 
-    /// Opens the service of a node, which must exist.
+    /// Opens the service of a node and of one process that hosts it, which must exist.
     ///
     /// # Errors
     /// [`ServiceError`].
-    pub(crate) fn open<'a>(&self, network: &'a Network, node: usize) -> Result<Board<'a>, ServiceError> {
-        let name = service_name(&network.nodes[node]);
+    pub(crate) fn open<'a>(
+        &self,
+        network: &'a Network,
+        node: usize,
+        incarnation: u32,
+    ) -> Result<Board<'a>, ServiceError> {
+        let name = service_name(&network.nodes[node], incarnation);
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let opener = self.node.service_builder(&service_name).blackboard_opener::<u64>();
         let service = opener.open().map_err(error(format!("open service {name}")))?;
-        Ok(Board { network, node, name, service })
+        Ok(Board { network, node, incarnation, name, service })
     }
 }
 
@@ -133,6 +146,7 @@ impl Hub {
 pub(crate) struct Board<'a> {
     network: &'a Network,
     node: usize,
+    incarnation: u32,
     name: String,
     service: PortFactory<ipc::Service, u64>,
 }
@@ -166,13 +180,18 @@ impl Board<'_> {
             let class = class_of(self.network, channel)?;
             let cell = |place| class.reader(&port, key(output, place)).map_err(error(failed()));
             let cells = (0..RING).map(cell).collect::<Result<_, _>>()?;
-            Ok(ChannelReader { channel, writer: self.node, cells })
+            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, cells })
         };
         outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
     }
 }
 
 impl ChannelWriter {
+    /// What it writes.
+    pub(crate) fn channel(&self) -> ChannelId {
+        self.channel
+    }
+
     /// Publishes the sample of `step`, if there is one.
     pub(crate) fn publish(&mut self, store: &Store, step: u64) {
         if let Some(header) = store.header(self.channel, step) {
@@ -189,7 +208,8 @@ impl ChannelReader {
     pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
         let Some(expected) = network.nodes[self.writer].last_run(step) else { return Ok(()) };
         let header = self.cells[(step % RING) as usize].read(store.write(self.channel, step));
-        if header.step != expected {
+        // What stands in for a failed participant is as old as its last sample.
+        if header.step != expected && header.status != Status::Stale as u32 {
             return Err(WrongStep { channel: self.channel, found: header.step, expected });
         }
         store.stamp(self.channel, step, header);
@@ -205,10 +225,36 @@ impl WrongStep {
     }
 }
 
-/// Names the service of a node. The number is that of the writer's incarnation: a writer that was killed leaves its cells
-/// locked for ever, so that a successor would need a service of its own.
-fn service_name(node: &Node) -> String {
-    format!("{}/out.0", node.name)
+/// Lets those readers whose writer was replaced read from its successor.
+///
+/// # Errors
+/// [`ServiceError`] if a service cannot be opened.
+pub(crate) fn follow<'a>(
+    hub: &Hub,
+    page: &Page,
+    plan: &Plan,
+    readers: impl Iterator<Item = &'a mut ChannelReader>,
+) -> Result<(), ServiceError> {
+    let is_left = |reader: &&'a mut ChannelReader| page.incarnation(plan.host(reader.writer)) != reader.incarnation;
+    let mut left: Vec<&mut ChannelReader> = readers.filter(is_left).collect();
+    while let Some(writer) = left.first().map(|reader| reader.writer) {
+        let incarnation = page.incarnation(plan.host(writer));
+        // One port for all channels of a node: a service has places for few.
+        let of_writer = |reader: &ChannelReader| reader.writer == writer;
+        let wanted: Vec<ChannelId> = left.iter().filter(|reader| of_writer(reader)).map(|r| r.channel).collect();
+        for fresh in hub.open(&plan.network, writer, incarnation)?.readers(|channel| wanted.contains(channel))? {
+            if let Some(reader) = left.iter_mut().find(|reader| reader.channel == fresh.channel) {
+                **reader = fresh;
+            }
+        }
+        left.retain(|reader| !of_writer(reader));
+    }
+    Ok(())
+}
+
+/// Names the service of a node and of one process that hosts it.
+fn service_name(node: &Node, incarnation: u32) -> String {
+    format!("{}/out.{incarnation}", node.name)
 }
 
 fn key(output: usize, place: u64) -> u64 {

@@ -8,6 +8,7 @@ mod gauge;
 mod lookout;
 mod poll;
 mod pump;
+mod replace;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
@@ -18,6 +19,7 @@ use std::time::{Duration, Instant};
 pub use alarm::Interrupt;
 pub use error::{Death, Late, RunError};
 pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
+pub use replace::History;
 
 use alarm::Alarm;
 use crew::Crew;
@@ -36,12 +38,15 @@ pub struct Settings {
     pub grace: Duration,
     /// Whether what workers print is passed on to stderr, with their names.
     pub forward_output: bool,
+    /// How often every worker may be replaced while the run goes on: shared memory has places for so many readers.
+    pub replacements: u32,
 }
 
 impl Default for Settings {
-    /// A deadline of 10 s, a grace of 2 s, output passed on.
+    /// A deadline of 10 s, a grace of 2 s, output passed on, eight replacements.
     fn default() -> Self {
-        Self { deadline: Duration::from_secs(10), grace: Duration::from_secs(2), forward_output: true }
+        let (deadline, grace) = (Duration::from_secs(10), Duration::from_secs(2));
+        Self { deadline, grace, forward_output: true, replacements: 8 }
     }
 }
 
@@ -55,6 +60,9 @@ pub struct Conductor {
     // Dropped in this order: first the processes, then what they share, last the directory.
     crew: Crew,
     readers: Vec<ChannelReader>,
+    hub: Hub,
+    /// How many processes read from each node's service.
+    reader_counts: Vec<usize>,
     store: Store,
     plan: Plan,
     directory: RunDirectory,
@@ -79,9 +87,10 @@ impl Conductor {
         plan.write(directory.path())?;
         let hub = Hub::join(directory.path(), &plan.run, "conductor")?;
         let mut readers = Vec::new();
-        for (node, processes) in reader_counts(&plan).into_iter().enumerate() {
+        let reader_counts = reader_counts(&plan, settings.replacements as usize);
+        for (node, &processes) in reader_counts.iter().enumerate() {
             if !plan.network.nodes[node].outputs.is_empty() {
-                readers.extend(hub.create(&plan.network, node, processes)?.readers(|_| true)?);
+                readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
             }
         }
         directory.protect()?;
@@ -92,6 +101,8 @@ impl Conductor {
         Ok(Self {
             crew,
             readers,
+            hub,
+            reader_counts,
             store,
             plan,
             directory,
@@ -116,7 +127,7 @@ impl Conductor {
     /// # Panics
     /// If the plan has no such worker.
     pub fn spawn(&mut self, worker: usize, command: Command, cpu: Option<usize>) -> Result<u32, RunError> {
-        self.crew.spawn(worker, command, cpu, self.directory.path())
+        self.crew.spawn(worker, command, cpu, self.directory.path(), None)
     }
 
     /// Waits until all workers are connected.
@@ -232,15 +243,15 @@ impl Conductor {
     /// # Errors
     /// [`RunError::Directory`] if a file cannot be removed.
     pub fn finish(self) -> Result<(), RunError> {
-        let Self { crew, readers, directory, .. } = self;
+        let Self { crew, readers, hub, directory, .. } = self;
         drop(crew);
-        drop(readers);
+        drop((readers, hub));
         Ok(directory.close()?)
     }
 }
 
-/// How many worker processes read from each node's service.
-fn reader_counts(plan: &Plan) -> Vec<usize> {
+/// How many worker processes read from each node's service, if each is replaced so often.
+fn reader_counts(plan: &Plan, replacements: usize) -> Vec<usize> {
     let writers = plan.network.writers();
     let mut pairs = BTreeSet::new();
     for (worker, plan_of_worker) in plan.workers.iter().enumerate() {
@@ -251,5 +262,7 @@ fn reader_counts(plan: &Plan) -> Vec<usize> {
     }
     let mut counts = vec![0; plan.network.nodes.len()];
     pairs.into_iter().for_each(|(writer, _)| counts[writer] += 1);
-    counts
+    // A successor of the writer reads what was published before it; so does the conductor once more.
+    let with_successors = |readers: usize| (readers + 1) * (replacements + 1) + replacements;
+    counts.into_iter().map(with_successors).collect()
 }

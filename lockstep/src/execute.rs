@@ -45,7 +45,7 @@ impl Member {
                     store.stamp(output, step.index, Header { agent, ..*stamp });
                 }
             }
-            Some(_) => self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index)),
+            Some(_) => self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Held)),
             // Not yet its turn: its channels read as zeros.
             None => {}
         }

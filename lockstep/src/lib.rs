@@ -28,7 +28,7 @@ mod worker;
 pub use board::ServiceError;
 pub use cell::MAX_WORDS;
 pub use conductor::{
-    Conductor, Death, Gauge, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
+    Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
 };
 pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core, wake_up_time};
 pub use directory::{DirectoryError, RunDirectory};
@@ -39,4 +39,4 @@ pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use plan::{Plan, PlanError, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, Status};
 pub use store::Store;
-pub use worker::serve;
+pub use worker::{Comeback, serve};

@@ -8,10 +8,15 @@
 //! waits for. The bits are the truth about who is where; gates and bell only wake.
 //!
 //! Two may want to open a step at once: the worker that completes the step before, and the conductor that allows it. Each
-//! first writes what the other looks at and then looks (`completed` and `limit`), so that at least one of them finds both; and
-//! `opened` lets only one of them do it. The same order keeps the conductor from sleeping through what it waits for.
+//! first writes what the other looks at and then looks (`completed` and `limit`), so that at least one of them finds both. The
+//! same order keeps the conductor from sleeping through what it waits for.
+//!
+//! Whoever lets the run go on first claims that, with its number, so that only one does it; and when a worker dies at it,
+//! the conductor sees what the dead one had taken on and does it in its place ([`Page::repair`]).
 
+mod claim;
 mod memory;
+mod repair;
 mod tally;
 
 use std::sync::atomic::{
@@ -23,6 +28,7 @@ use std::time::Duration;
 use rustix::event::Timespec;
 use rustix::thread::futex;
 
+use claim::CONDUCTOR;
 use memory::MESSAGE_BYTES;
 pub(crate) use memory::Page;
 pub(crate) use tally::{Run, Watch};
@@ -59,7 +65,7 @@ impl Page {
         pace.limit.store(limit, SeqCst);
         let completed = pace.completed.load(SeqCst);
         if completed < limit {
-            self.open_step(completed);
+            self.open_step(completed, CONDUCTOR);
         }
     }
 
@@ -81,9 +87,8 @@ impl Page {
 
     /// Whether all workers of a phase have arrived at `step`.
     fn is_complete(&self, phase: usize, step: u64) -> bool {
-        let place = self.phase(phase);
         // Arrivals belong to the step that the gate shows.
-        self.is_open(phase, step) && place.summary.load(SeqCst) == full(place.members.load(SeqCst).div_ceil(64))
+        self.is_open(phase, step) && self.have_all_arrived(phase)
     }
 
     fn is_open(&self, phase: usize, step: u64) -> bool {
@@ -120,6 +125,18 @@ impl Page {
         self.head().ready.load(SeqCst) as usize
     }
 
+    /// A worker that is not there any more is not connected either, and what it reported is done with.
+    pub(crate) fn vacate(&self, worker: usize) {
+        let slot = self.slot(worker);
+        if slot.ready.swap(0, SeqCst) != 0 {
+            self.head().ready.fetch_sub(1, SeqCst);
+        }
+        if slot.kind.swap(0, SeqCst) != 0 {
+            self.head().faults.fetch_sub(1, SeqCst);
+        }
+        slot.dismissed.store(0, SeqCst);
+    }
+
     /// Whether a worker is connected.
     pub(crate) fn is_ready(&self, worker: usize) -> bool {
         self.slot(worker).ready.load(SeqCst) != 0
@@ -147,8 +164,8 @@ impl Page {
 
 /// The workers' side.
 impl Page {
-    /// Waits until a phase of `step` is open; `false` if there is no such step any more.
-    pub(crate) fn await_gate(&self, phase: usize, step: u64) -> bool {
+    /// Waits until a phase of `step` is open; `false` if there is no such step any more, or not for this worker.
+    pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64) -> bool {
         let gate = &self.phase(phase).gate;
         let wanted = released(step);
         loop {
@@ -159,13 +176,16 @@ impl Page {
             if value == wanted {
                 return true;
             }
+            if self.is_dismissed(worker) {
+                return false;
+            }
             // EAGAIN and EINTR mean: look again.
             let _ = futex::wait(gate, futex::Flags::empty(), value, None);
         }
     }
 
-    /// The worker at `position` in a phase is done with it; the last one lets the run go on and is told that it was.
-    pub(crate) fn arrive(&self, phase: usize, position: usize, step: u64) -> bool {
+    /// A worker, at `position` in a phase, is done with it; the last one lets the run go on and is told that it was.
+    pub(crate) fn arrive(&self, worker: usize, phase: usize, position: usize, step: u64) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
         let (word, bit) = (position / 64, 1 << (position % 64));
@@ -173,24 +193,17 @@ impl Page {
         if place.masks[word].fetch_or(bit, SeqCst) | bit != full(in_word) {
             return false;
         }
-        if place.summary.fetch_or(1 << word, SeqCst) | 1 << word != full(members.div_ceil(64)) {
-            return false;
-        }
-        if phase + 1 < self.phases {
-            self.open_gate(phase + 1, step);
-        } else {
-            self.complete(step);
-        }
-        true
+        // Of several who find all words full, one gets the claim.
+        (members <= 64 || self.have_all_arrived(phase)) && self.proceed(phase, step, claim::of_worker(worker))
     }
 
     /// The step is complete: the next one may go if it is allowed, and the conductor is woken if it waits for this.
-    fn complete(&self, step: u64) {
+    fn complete(&self, step: u64, claimant: u64) {
         let pace = &self.head().pace;
         let completed = step + 1;
         pace.completed.store(completed, SeqCst);
         if completed < pace.limit.load(SeqCst) {
-            self.open_step(completed);
+            self.open_step(completed, claimant);
         }
         // Every number of steps is passed by, so the one that is waited for cannot be missed.
         if completed == pace.wake_at.load(SeqCst) {
@@ -232,17 +245,41 @@ impl Page {
         wake_all(&self.head().bell);
     }
 
+    /// All workers of a phase have arrived at `step`: lets the next phase run, or completes the step, unless somebody else
+    /// does.
+    fn proceed(&self, phase: usize, step: u64, claimant: u64) -> bool {
+        let is_last = phase + 1 == self.phases;
+        let claim = if is_last { &self.head().pace.finish } else { &self.phase(phase + 1).claim };
+        if !claim.take(step, claimant) {
+            return false;
+        }
+        if is_last {
+            self.complete(step, claimant);
+        } else {
+            self.open_gate(phase + 1, step);
+        }
+        true
+    }
+
     /// Opens the first gate of `step`, all before it being complete, unless somebody else does.
-    fn open_step(&self, step: u64) {
-        if self.head().pace.opened.compare_exchange(step, step + 1, SeqCst, SeqCst).is_ok() {
+    fn open_step(&self, step: u64, claimant: u64) {
+        if self.phase(0).claim.take(step, claimant) {
             self.open_gate(0, step);
         }
     }
 
-    /// Opens a gate, at which all workers of the phase wait or will wait; nobody has arrived then.
+    /// Whether all workers of a phase have arrived at the step of its gate.
+    fn have_all_arrived(&self, phase: usize) -> bool {
+        let place = self.phase(phase);
+        let members = place.members.load(SeqCst);
+        let words = place.masks[..members.div_ceil(64) as usize].iter().enumerate();
+        let mut of_word = words.map(|(word, mask)| (mask, (members - 64 * word as u32).min(64)));
+        of_word.all(|(mask, members)| mask.load(SeqCst) == full(members))
+    }
+
+    /// Opens a gate, at which all workers of the phase wait or will wait; nobody has arrived then. For who has claimed it.
     fn open_gate(&self, phase: usize, step: u64) {
         let place = self.phase(phase);
-        place.summary.store(0, SeqCst);
         let words = place.members.load(SeqCst).div_ceil(64) as usize;
         place.masks[..words].iter().for_each(|mask| mask.store(0, SeqCst));
         place.opened_at.store(ticks::now(), Relaxed);

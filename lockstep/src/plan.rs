@@ -1,6 +1,6 @@
 //! What every process of a run must know, and how it is written down.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::{LoopError, MAX_WORDS, Network};
+use crate::{ChannelId, LoopError, MAX_WORDS, Network};
 
 /// Name of the plan's file within the run directory.
 pub(crate) const PLAN_FILE: &str = "plan.json";
@@ -148,6 +148,28 @@ impl Plan {
     pub fn members(&self, phase: usize) -> Vec<usize> {
         let takes_part = |worker: &usize| self.workers[*worker].nodes.iter().any(|&node| self.phases[node] == phase);
         (0..self.workers.len()).filter(takes_part).collect()
+    }
+
+    /// The worker that hosts `node`.
+    pub(crate) fn host(&self, node: usize) -> usize {
+        // `check_workers` has seen to it that there is one.
+        self.workers.iter().position(|worker| worker.nodes.contains(&node)).unwrap_or(0)
+    }
+
+    /// The phases in which a worker takes part, in order, with its position among the workers of each.
+    pub(crate) fn places(&self, worker: usize) -> Vec<(usize, usize)> {
+        let position = |phase| self.members(phase).iter().position(|&member| member == worker);
+        (0..self.phase_count()).filter_map(|phase| Some((phase, position(phase)?))).collect()
+    }
+
+    /// What a worker reads from other processes, and what it writes, in ascending order: what its successor must be told
+    /// about the steps that are done.
+    pub(crate) fn traffic(&self, worker: usize) -> BTreeSet<ChannelId> {
+        let writers = self.network.writers();
+        let hosted = &self.workers[worker].nodes;
+        let inputs = hosted.iter().flat_map(|&node| self.network.nodes[node].inputs.iter().map(|input| input.channel));
+        let outputs = hosted.iter().flat_map(|&node| self.network.nodes[node].outputs.iter().copied());
+        inputs.filter(|channel| writers[channel.0].is_some()).chain(outputs).collect()
     }
 
     /// Writes `plan.json` into `directory`.

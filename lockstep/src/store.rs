@@ -61,16 +61,16 @@ impl Store {
         self.headers[channel.0][(step % 2) as usize] = Some(header);
     }
 
-    /// Lets the sample of the step before stand for `step` too: same numbers, same time stamp, [`Status::Held`].
+    /// Lets the sample of the step before stand for `step` too: same numbers, same time stamp, with the status that says why.
     ///
     /// A channel without a sample so far stays without one.
-    pub fn hold(&mut self, channel: ChannelId, step: u64) {
+    pub fn hold(&mut self, channel: ChannelId, step: u64, status: Status) {
         let Some(before) = step.checked_sub(1) else { return };
         let (from, length) = self.span(channel, before);
         let (to, _) = self.span(channel, step);
         self.words.copy_within(from..from + length, to);
         if let Some(header) = self.header(channel, before).copied() {
-            self.stamp(channel, step, Header { status: Status::Held as u32, ..header });
+            self.stamp(channel, step, Header { status: status as u32, ..header });
         }
     }
 
@@ -103,11 +103,11 @@ mod tests {
         let layout = Layout::new([Field::scalar("x", "")]);
         let mut store = Store::new([&layout]);
         let channel = ChannelId(0);
-        store.hold(channel, 0);
+        store.hold(channel, 0, Status::Held);
         assert_eq!(store.header(channel, 0), None);
         store.write(channel, 4)[0] = 7.0;
         store.stamp(channel, 4, Header::new(4, 1_000_000, 2, Status::Fresh));
-        store.hold(channel, 5);
+        store.hold(channel, 5, Status::Held);
         assert_eq!(store.read(channel, 5), [7.0]);
         assert_eq!(store.header(channel, 5), Some(&Header::new(4, 1_000_000, 2, Status::Held)));
     }

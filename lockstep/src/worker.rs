@@ -1,5 +1,6 @@
 //! What a process of a run does: connect, then run its participants whenever a gate opens.
 
+mod comeback;
 mod jitter;
 mod panics;
 mod seat;
@@ -10,6 +11,8 @@ use std::os::fd::{BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+pub use comeback::Comeback;
+pub(crate) use comeback::{COMEBACK, Orders};
 use jitter::Jitter;
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
@@ -61,6 +64,8 @@ struct Post {
     plan: Plan,
     worker: usize,
     page: Page,
+    /// Set if it takes the place of another process.
+    orders: Option<Orders>,
 }
 
 impl Post {
@@ -73,7 +78,19 @@ impl Post {
         }
         let page = adopt(number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
         let page = page.map_err(|error| format!("{PAGE_FD} is not the page of the run: {error}"))?;
-        Ok(Self { directory, plan, worker, page })
+        Ok(Self { directory, plan, worker, page, orders: Orders::find()? })
+    }
+
+    fn participants<F>(&self, build: F) -> Result<Vec<Option<Box<dyn Participant>>>, Report>
+    where
+        F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
+    {
+        let nodes = &self.plan.workers[self.worker].nodes;
+        let built = panics::catch(|| build(&self.plan, nodes)).and_then(|result| result).map_err(refusal)?;
+        if built.len() != nodes.len() {
+            return Err(refusal(format!("{} participants were built for {} nodes", built.len(), nodes.len())));
+        }
+        Ok(built.into_iter().map(Some).collect())
     }
 
     fn work<F>(&self, build: F) -> Result<(), Report>
@@ -81,31 +98,45 @@ impl Post {
         F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
     {
         panics::remember_those_of_this_thread();
-        let plan = &self.plan;
-        let me = &plan.workers[self.worker];
-        let participants = panics::catch(|| build(plan, &me.nodes)).and_then(|result| result).map_err(refusal)?;
-        if participants.len() != me.nodes.len() {
-            let (built, wanted) = (participants.len(), me.nodes.len());
-            return Err(refusal(format!("{built} participants were built for {wanted} nodes")));
-        }
+        let (plan, page, worker) = (&self.plan, &self.page, self.worker);
+        let me = &plan.workers[worker];
+        let orders = self.orders.as_ref();
+        let participants = match orders {
+            Some(Orders { comeback: Comeback::Hold, .. }) => me.nodes.iter().map(|_| None).collect(),
+            _ => self.participants(build)?,
+        };
         let hub = Hub::join(&self.directory, &plan.run, &me.name).map_err(refusal)?;
-        let mut seats = seat::take(plan, self.worker, &hub, participants).map_err(refusal)?;
+        let incarnation = orders.map_or(0, |orders| orders.incarnation);
+        let mut changes = page.changes();
+        let mut seats = seat::take(plan, worker, incarnation, (&hub, page), participants).map_err(refusal)?;
         let mut store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
-        let mut watch = Watch::new(self.worker);
-        let mut jitter = Jitter::from_environment(self.worker);
-        self.page.mark_ready(self.worker);
-        for index in 0..plan.steps {
+        let (mut first, mut skipped) = (0, 0);
+        if let Some(orders) = orders {
+            comeback::catch_up(plan, worker, orders, (&hub, page), (&mut seats, &mut store))?;
+            page.take_over(worker, incarnation);
+            (first, skipped) = (orders.step, orders.place);
+        }
+        let mut watch = Watch::new(worker, page);
+        let mut jitter = Jitter::from_environment(worker);
+        page.mark_ready(worker);
+        for index in first..plan.steps {
             let step = Step { index, dt: plan.dt };
-            for seat in &mut seats {
-                if !self.page.await_gate(seat.phase, index) {
+            for place in std::mem::take(&mut skipped)..seats.len() {
+                if !page.await_gate(worker, seats[place].phase, index) {
                     return Ok(());
                 }
-                let start = watch.start(&self.page, seat.phase);
+                if page.changes() != changes {
+                    // Noted before the look at who was replaced, so that whoever is later is noticed the next time.
+                    changes = page.changes();
+                    seat::follow(&hub, page, plan, &mut seats).map_err(refusal)?;
+                }
+                let seat = &mut seats[place];
+                let start = watch.start(page, seat.phase);
                 jitter.as_mut().map(Jitter::delay);
                 seat.run(plan, &mut store, &step)?;
-                let end = watch.end(&self.page, seat.phase, index, start);
-                let last = self.page.arrive(seat.phase, seat.position, index);
-                watch.arrived(&self.page, seat.phase, end, last);
+                let end = watch.end(page, seat.phase, index, start);
+                let last = page.arrive(worker, seat.phase, seat.position, index);
+                watch.arrived(page, seat.phase, end, last);
             }
         }
         Ok(())

@@ -49,6 +49,11 @@ impl Alarm {
         self.dead[worker].load(SeqCst)
     }
 
+    /// Somebody takes the place of a dead worker.
+    pub(super) fn forget_death(&self, worker: usize) {
+        self.dead[worker].store(false, SeqCst);
+    }
+
     pub(super) fn is_interrupted(&self) -> bool {
         self.interrupted.load(SeqCst)
     }

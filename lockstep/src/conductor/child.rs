@@ -14,7 +14,7 @@ use rustix::thread::CpuSet;
 
 use super::error::Death;
 use crate::cores;
-use crate::worker::{PAGE_FD, RUN_DIRECTORY, WORKER};
+use crate::worker::{COMEBACK, Orders, PAGE_FD, RUN_DIRECTORY, WORKER};
 
 /// Environment variable of the C library.
 const TUNABLES: &str = "GLIBC_TUNABLES";
@@ -34,6 +34,8 @@ pub(super) struct Outfit<'a> {
     pub(super) worker: usize,
     pub(super) page: BorrowedFd<'a>,
     pub(super) cpu: Option<usize>,
+    /// For a process that takes the place of another one; its feed must be open.
+    pub(super) orders: Option<Orders>,
 }
 
 impl Child {
@@ -46,15 +48,20 @@ impl Child {
             .env(WORKER, outfit.worker.to_string())
             .env(PAGE_FD, page.to_string())
             .env(TUNABLES, tunables())
+            .env_remove(COMEBACK)
             .stdin(Stdio::null())
             .stdout(writer.try_clone()?)
             .stderr(writer)
             // A Ctrl-C at the terminal is for the orchestrator, who then ends the children in order.
             .process_group(0);
+        if let Some(orders) = &outfit.orders {
+            command.env(COMEBACK, serde_json::to_string(orders)?);
+        }
+        let feed = outfit.orders.map(|orders| orders.feed);
         let parent = rustix::process::getpid();
         let cpus = outfit.cpu.map(cores::only).transpose()?;
         // SAFETY: between fork and exec only system calls are made: no allocation, no lock.
-        unsafe { command.pre_exec(move || prepare(parent, page, cpus.as_ref())) };
+        unsafe { command.pre_exec(move || prepare(parent, page, feed, cpus.as_ref())) };
         let mut process = command.spawn()?;
         // The command holds ends of the pipe, which would keep it open.
         drop(command);
@@ -92,6 +99,11 @@ impl Child {
         stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next()).unwrap_or('?')
     }
 
+    /// Kills it, with all that it started itself.
+    pub(super) fn kill(&self) {
+        let _ = rustix::process::kill_process_group(self.pid, Signal::KILL);
+    }
+
     /// Lets it run if it was stopped, so that it can end by itself.
     pub(super) fn resume(&self) {
         // It may be dead, which is just as well.
@@ -102,7 +114,7 @@ impl Child {
 impl Drop for Child {
     fn drop(&mut self) {
         // Kills what the worker may have started, too. Not reaped before this, so the number is still its own.
-        let _ = rustix::process::kill_process_group(self.pid, Signal::KILL);
+        self.kill();
         let _ = self.process.wait();
     }
 }
@@ -119,15 +131,17 @@ fn tunables() -> OsString {
 }
 
 /// Runs in the child before its program starts.
-fn prepare(parent: Pid, page: i32, cpus: Option<&CpuSet>) -> io::Result<()> {
+fn prepare(parent: Pid, page: i32, feed: Option<i32>, cpus: Option<&CpuSet>) -> io::Result<()> {
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
     if rustix::process::getppid() != Some(parent) {
         // It died before the line above.
         return Err(io::ErrorKind::NotConnected.into());
     }
-    // SAFETY: the conductor holds the page open while it spawns.
-    let page = unsafe { BorrowedFd::borrow_raw(page) };
-    rustix::io::fcntl_setfd(page, FdFlags::empty())?;
+    for inherited in [Some(page), feed].into_iter().flatten() {
+        // SAFETY: the conductor holds the page and the feed open while it spawns.
+        let inherited = unsafe { BorrowedFd::borrow_raw(inherited) };
+        rustix::io::fcntl_setfd(inherited, FdFlags::empty())?;
+    }
     // SAFETY: `set` is initialised by sigemptyset before it is used.
     let unblocked = unsafe {
         let mut set = std::mem::zeroed();

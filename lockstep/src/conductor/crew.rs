@@ -11,15 +11,21 @@ use super::error::{Death, Late, RunError, system};
 use super::poll::Poll;
 use super::pump::Pump;
 use crate::plan::Plan;
+use crate::worker::Orders;
 
 /// How long a report may wait for the end of what a dead child has printed.
 const LAST_WORDS: Duration = Duration::from_millis(200);
+
+/// How often to look whether a worker that is to end has done so.
+const DISMISSAL_LOOK: Duration = Duration::from_millis(10);
 
 /// The processes and those who look after them. Dropping it ends the run: no process is left.
 pub(super) struct Crew {
     pub(super) alarm: Arc<Alarm>,
     names: Vec<String>,
     children: Vec<Option<Child>>,
+    /// How many processes each worker has had.
+    spawned: Vec<u32>,
     grace: Duration,
     /// Watches the processes.
     watch: Poll,
@@ -31,11 +37,12 @@ impl Crew {
     pub(super) fn new(plan: &Plan, alarm: Arc<Alarm>, grace: Duration, forward: bool) -> Result<Self, RunError> {
         let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
         let children = plan.workers.iter().map(|_| None).collect();
+        let spawned = vec![0; plan.workers.len()];
         let bell = Arc::clone(&alarm);
         let watch = Poll::start("phalanx-watch", move |worker| bell.report_death(worker));
         let watch = watch.map_err(system("start the thread that watches the processes"))?;
         let pump = Pump::start(forward).map_err(system("start the thread that reads their output"))?;
-        Ok(Self { alarm, names, children, grace, watch, pump })
+        Ok(Self { alarm, names, children, spawned, grace, watch, pump })
     }
 
     /// Starts the process of a worker.
@@ -45,17 +52,43 @@ impl Crew {
         command: Command,
         cpu: Option<usize>,
         directory: &Path,
+        orders: Option<Orders>,
     ) -> Result<u32, RunError> {
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
         let failed = || system(format!("spawn {name} ({program})"));
-        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu };
+        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu, orders };
         let (child, output) = Child::spawn(command, &outfit).map_err(failed())?;
         self.pump.add(worker, name, output).map_err(failed())?;
         self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
         let pid = child.pid();
         self.children[worker] = Some(child);
+        self.spawned[worker] += 1;
         Ok(pid)
+    }
+
+    /// How many processes a worker has had.
+    pub(super) fn spawned(&self, worker: usize) -> u32 {
+        self.spawned[worker]
+    }
+
+    /// Sees to it that the process of a worker is dead: asks it to end unless it is, and kills it after the grace period, at
+    /// once if it cannot be asked.
+    pub(super) fn dismiss(&self, worker: usize, ask: bool) {
+        let (page, start) = (&self.alarm.page, Instant::now());
+        if ask {
+            page.dismiss(worker);
+        }
+        let Some(child) = &self.children[worker] else { return };
+        while !self.alarm.is_dead(worker) {
+            let rings = page.rings();
+            if !ask || start.elapsed() >= self.grace {
+                child.kill();
+            }
+            if !self.alarm.is_dead(worker) {
+                page.sleep(rings, DISMISSAL_LOOK);
+            }
+        }
     }
 
     pub(super) fn pid(&self, worker: usize) -> Option<u32> {

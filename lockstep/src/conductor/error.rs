@@ -102,6 +102,16 @@ pub enum RunError {
         /// Which sample.
         message: String,
     },
+    /// Nobody can take the place of a worker.
+    #[error("{worker} cannot be replaced at step {step}: {reason}")]
+    NotReplaced {
+        /// Its name.
+        worker: String,
+        /// The step in progress.
+        step: u64,
+        /// Why.
+        reason: String,
+    },
     /// All steps of the plan are done, or an earlier step has failed.
     #[error("the run is over after {steps} steps")]
     Over {

@@ -77,6 +77,24 @@ impl Conductor {
         Ok(())
     }
 
+    /// The workers whose fault it is that the run cannot go on: dead ones, those that have reported something, those that
+    /// are late. None if the run cannot be saved by replacing anybody.
+    pub fn casualties(&self, error: &RunError) -> Vec<usize> {
+        let alarm = &self.crew.alarm;
+        let step = alarm.page.completed();
+        match error {
+            RunError::Deadline { phase, step, .. } => self.absent(*phase, *step).collect(),
+            RunError::Died { .. } | RunError::Fault { .. } | RunError::Refused { .. } => {
+                let has_failed = |&worker: &usize| {
+                    let died = || self.crew.death(worker).is_some_and(|death| !self.may_end(worker, death, step));
+                    alarm.page.report(worker).is_some() || died()
+                };
+                (0..self.plan.workers.len()).filter(has_failed).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// A worker may end once it has done its part of the last step.
     fn may_end(&self, worker: usize, death: Death, step: u64) -> bool {
         let has_done_all =

@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::SeqCst};
 use rustix::fs::{MemfdFlags, SealFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 
+use super::claim::Claim;
 use super::tally::{Event, Tally};
 use crate::plan::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx2");
+const MAGIC: u64 = u64::from_le_bytes(*b"phalanx3");
 /// Bytes of a message in a slot.
 pub(super) const MESSAGE_BYTES: usize = 1000;
 
@@ -26,8 +27,16 @@ pub(super) struct Head {
     pub(super) ready: AtomicU32,
     /// How many workers have filled their fault slot.
     pub(super) faults: AtomicU32,
+    /// Where to look for changes; on a line of its own, because everybody reads it in every step.
+    pub(super) changes: Changes,
     /// The pace of the run; on a line of its own, because every step writes here.
     pub(super) pace: Pace,
+}
+
+/// How often a worker was replaced.
+#[repr(C, align(128))]
+pub(super) struct Changes {
+    pub(super) count: AtomicU32,
 }
 
 /// How far the run is and how far it may go, in numbers of steps.
@@ -35,8 +44,8 @@ pub(super) struct Head {
 pub(super) struct Pace {
     /// Steps below this may run.
     pub(super) limit: AtomicU64,
-    /// Steps whose first gate somebody has taken on to open; who raises it opens the gate, nobody else.
-    pub(super) opened: AtomicU64,
+    /// Who completes a step.
+    pub(super) finish: Claim,
     /// Steps that are complete.
     pub(super) completed: AtomicU64,
     /// The conductor wants to be woken as soon as so many are complete.
@@ -49,8 +58,8 @@ pub(super) struct Phase {
     pub(super) gate: AtomicU32,
     /// How many workers take part.
     pub(super) members: AtomicU32,
-    /// Which of the masks are full.
-    pub(super) summary: AtomicU64,
+    /// Who opens the gate for a step.
+    pub(super) claim: Claim,
     /// When the gate was opened last, in ticks; written before it opens.
     pub(super) opened_at: AtomicU64,
     /// How long the phase has lasted in all steps together, in ticks.
@@ -63,6 +72,10 @@ pub(super) struct Phase {
 pub(super) struct Slot {
     /// 1 as soon as the worker is connected.
     pub(super) ready: AtomicU32,
+    /// Number of the process that serves as this worker: 0 is the one that was started first.
+    pub(super) incarnation: AtomicU32,
+    /// 1 if the process is to leave its place to another one.
+    pub(super) dismissed: AtomicU32,
     /// A [`FaultKind`] as number, or 0.
     pub(super) kind: AtomicU32,
     pub(super) step: AtomicU64,

@@ -58,8 +58,9 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    pub(crate) fn new(worker: usize) -> Self {
-        Self { worker, counts: Counts::default(), opened: 0, arrived: None }
+    /// Goes on from what earlier processes of the worker have counted.
+    pub(crate) fn new(worker: usize, page: &Page) -> Self {
+        Self { worker, counts: page.counts(worker), opened: 0, arrived: None }
     }
 
     /// The worker has passed the gate of `phase`; returns the time.

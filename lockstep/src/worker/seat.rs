@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::panics;
-use crate::board::{ChannelReader, ChannelWriter, Hub, ServiceError};
+use crate::board::{self, ChannelReader, ChannelWriter, Hub, ServiceError};
 use crate::execute::{Member, stamp};
-use crate::page::{FaultKind, Report};
-use crate::{ChannelId, Participant, Plan, Step, Store, Timing};
+use crate::page::{FaultKind, Page, Report};
+use crate::{ChannelId, Participant, Plan, Status, Step, Store, Timing};
 
 /// What a worker does in one phase.
 pub(super) struct Seat {
@@ -25,21 +25,31 @@ struct Fetch {
     node: usize,
 }
 
-/// A participant with its place to publish.
+/// A node with its place to publish.
 struct Seated {
-    member: Member,
+    part: Part,
     writers: Vec<ChannelWriter>,
 }
 
-/// The seats of a worker, in order of phases, with all channels open.
+/// Who plays a node.
+enum Part {
+    /// Its participant.
+    Played(Member),
+    /// Nobody: its last samples stand.
+    Held(Vec<ChannelId>),
+}
+
+/// The seats of a worker, in order of phases, with all channels open, for its process number `incarnation`. `None` in the
+/// place of a participant: its last samples are held.
 pub(super) fn take(
     plan: &Plan,
     worker: usize,
-    hub: &Hub,
-    participants: Vec<Box<dyn Participant>>,
+    incarnation: u32,
+    (hub, page): (&Hub, &Page),
+    participants: Vec<Option<Box<dyn Participant>>>,
 ) -> Result<Vec<Seat>, ServiceError> {
     let network = &plan.network;
-    let mut hosted: Vec<(usize, Box<dyn Participant>)> =
+    let mut hosted: Vec<(usize, Option<Box<dyn Participant>>)> =
         plan.workers[worker].nodes.iter().copied().zip(participants).collect();
     // The order of execution is that of the network, not that in which a worker lists its nodes.
     hosted.sort_by_key(|&(node, _)| (plan.phases[node], node));
@@ -52,9 +62,13 @@ pub(super) fn take(
             seats.push(Seat { phase, position, fetches: Vec::new(), members: Vec::new() });
         }
         let writes = !network.nodes[node].outputs.is_empty();
-        let writers = if writes { hub.open(network, node)?.writers()? } else { Vec::new() };
+        let writers = if writes { hub.open(network, node, incarnation)?.writers()? } else { Vec::new() };
+        let part = match participant {
+            Some(participant) => Part::Played(Member::new(network, node, participant)),
+            None => Part::Held(network.nodes[node].outputs.clone()),
+        };
         if let Some(seat) = seats.last_mut() {
-            seat.members.push(Seated { member: Member::new(network, node, participant), writers });
+            seat.members.push(Seated { part, writers });
         }
     }
     let wanted = wanted_channels(plan, &order);
@@ -63,7 +77,8 @@ pub(super) fn take(
         if !network.nodes[writer].outputs.iter().any(is_wanted) {
             continue;
         }
-        for reader in hub.open(network, writer)?.readers(is_wanted)? {
+        let board = hub.open(network, writer, page.incarnation(plan.host(writer)))?;
+        for reader in board.readers(is_wanted)? {
             let (timing, node) = wanted[&reader.channel];
             if let Some(seat) = seats.iter_mut().find(|seat| seat.phase == plan.phases[node]) {
                 seat.fetches.push(Fetch { reader, timing, node });
@@ -96,6 +111,12 @@ fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing,
 impl Seat {
     /// Fetches, runs and publishes.
     pub(super) fn run(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
+        self.fetch(plan, store, step)?;
+        self.compute(plan, store, step)
+    }
+
+    /// Fetches what the nodes read.
+    pub(super) fn fetch(&self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         for fetch in &self.fetches {
             let sample = match fetch.timing {
                 Timing::SameStep => Some(step.index),
@@ -107,16 +128,47 @@ impl Seat {
                 .fetch(&plan.network, store, sample)
                 .map_err(|wrong| fault(fetch.node, step, wrong.describe(&plan.network)))?;
         }
+        Ok(())
+    }
+
+    /// Runs the nodes on what is in the store, and publishes.
+    pub(super) fn compute(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         let stamp = stamp(step, plan.period_ns);
         for seated in &mut self.members {
-            let member = &mut seated.member;
-            panics::catch(|| member.run(&plan.network, store, step, &stamp))
-                .and_then(|result| result.map_err(|fault| fault.0))
-                .map_err(|message| fault(member.node, step, message))?;
-            seated.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
+            match &mut seated.part {
+                Part::Played(member) => panics::catch(|| member.run(&plan.network, store, step, &stamp))
+                    .and_then(|result| result.map_err(|fault| fault.0))
+                    .map_err(|message| fault(member.node, step, message))?,
+                Part::Held(outputs) => {
+                    outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Stale));
+                }
+            }
+            seated.publish(store, step.index);
         }
         Ok(())
     }
+
+    /// Publishes what is in the store.
+    pub(super) fn publish(&mut self, store: &Store, step: u64) {
+        self.members.iter_mut().for_each(|seated| seated.publish(store, step));
+    }
+
+    /// The channels that it writes.
+    pub(super) fn outputs(&self) -> impl Iterator<Item = ChannelId> {
+        self.members.iter().flat_map(|seated| seated.writers.iter().map(ChannelWriter::channel))
+    }
+}
+
+impl Seated {
+    fn publish(&mut self, store: &Store, step: u64) {
+        self.writers.iter_mut().for_each(|writer| writer.publish(store, step));
+    }
+}
+
+/// Opens what the seats read from workers that were replaced.
+pub(super) fn follow(hub: &Hub, page: &Page, plan: &Plan, seats: &mut [Seat]) -> Result<(), ServiceError> {
+    let readers = seats.iter_mut().flat_map(|seat| seat.fetches.iter_mut().map(|fetch| &mut fetch.reader));
+    board::follow(hub, page, plan, readers)
 }
 
 #[cold]

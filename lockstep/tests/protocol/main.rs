@@ -42,6 +42,15 @@ fn a_death_at_any_time_ends_everybody() {
 }
 
 #[test]
+fn a_worker_that_dies_at_any_time_can_be_replaced() {
+    for (sizes, steps) in SHAPES {
+        for ahead in [0, 1] {
+            assert_sound(Run { sizes, steps, ahead, ordeal: Ordeal::Replacement, flaw: None });
+        }
+    }
+}
+
+#[test]
 fn what_the_protocol_guards_against_is_found() {
     let cases = [
         // Both who find that a step may start open it.
@@ -52,9 +61,13 @@ fn what_the_protocol_guards_against_is_found() {
         (Flaw::ClearAfterOpening, 1, ""),
         // The conductor notes the rings only after it has looked at everything else.
         (Flaw::RingsLast, 0, "nobody can go on"),
+        // What a dead worker left undone stays undone.
+        (Flaw::NoRepair, 1, "nobody can go on"),
+        // The conductor opens a gate that somebody alive is about to open.
+        (Flaw::RepairUnclaimed, 1, ""),
     ];
     for (flaw, ahead, expected) in cases {
-        let found = [Ordeal::None, Ordeal::Interrupt].into_iter().find_map(|ordeal| {
+        let found = [Ordeal::None, Ordeal::Interrupt, Ordeal::Replacement].into_iter().find_map(|ordeal| {
             match check(&Run { sizes: &[2, 1], steps: 3, ahead, ordeal, flaw: Some(flaw) }) {
                 Verdict::Broken(reason) => Some(reason),
                 Verdict::Sound { .. } => None,

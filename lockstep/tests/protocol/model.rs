@@ -19,6 +19,8 @@ pub(crate) enum Ordeal {
     None,
     Interrupt,
     Death,
+    /// A worker dies and another one takes its place.
+    Replacement,
 }
 
 /// A mistake, to see that the search finds it.
@@ -28,6 +30,10 @@ pub(crate) enum Flaw {
     LookBeforeAsking,
     ClearAfterOpening,
     RingsLast,
+    /// The conductor does what a dead worker may have left undone without claiming it.
+    RepairUnclaimed,
+    /// Nobody does what a dead worker has left undone.
+    NoRepair,
 }
 
 #[derive(Debug)]
@@ -40,7 +46,7 @@ pub(crate) enum Verdict {
     Broken(String),
 }
 
-/// What to do when a gate is open.
+/// What to do when a gate is open, or somebody else opens it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum After {
     /// A worker goes on to its next step.
@@ -49,6 +55,10 @@ pub(crate) enum After {
     Ring,
     /// The conductor waits.
     Await,
+    /// The conductor goes on with its repair: is the gate open now?
+    Opened(u8, u8),
+    /// The conductor goes on with its repair: behind this phase.
+    Behind(u8, u8),
 }
 
 /// The next access of a process.
@@ -58,13 +68,13 @@ pub(crate) enum At {
     Gate,
     Sleep(u8),
     Arrive,
-    Summary,
-    Completed,
-    Limit,
     Wake,
+    // Both: claiming a gate or, behind the last phase, the end of a step.
+    Claim(u8, u8, After),
+    TakeClaim(u8, u8, u8, After),
+    Completed(u8, After),
+    Limit(u8, After),
     // Both: opening a gate.
-    Claim(u8, After),
-    ClearSummary(u8, u8, After),
     ClearMask(u8, u8, After),
     ReadGate(u8, u8, After),
     SwapGate(u8, u8, u8, After),
@@ -86,6 +96,21 @@ pub(crate) enum At {
     Asleep,
     End,
     Died,
+    // Conductor: repair, of a phase and a step.
+    Repair,
+    RepairGate(u8, u8),
+    RepairClaim(u8, u8),
+    RepairLimit(u8, u8),
+    RepairOpened(u8, u8),
+    RepairWake(u8, u8),
+    RepairStillOpen(u8, u8),
+    RepairMask(u8, u8),
+    RepairFinish(u8),
+    RepairCompleted(u8),
+    Resume,
+    ResumeGate(u8),
+    ResumeMask(u8),
+    ResumeAgain(u8, u8),
 }
 
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -99,13 +124,13 @@ pub(crate) struct Actor {
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct State {
     pub(crate) limit: u8,
-    pub(crate) opened: u8,
+    /// Steps claimed, for every gate and, last, for the end of a step; and by whom.
+    pub(crate) claims: [(u8, u8); 4],
     pub(crate) completed: u8,
     pub(crate) wake_at: u8,
     pub(crate) bell: u8,
     pub(crate) gates: [u8; 3],
     pub(crate) masks: [u8; 3],
-    pub(crate) full: [bool; 3],
     /// Workers first, the conductor last.
     pub(crate) actors: Vec<Actor>,
     pub(crate) interrupted: bool,
@@ -120,16 +145,15 @@ pub(crate) fn check(run: &Run) -> Verdict {
     let actor = |at| Actor { at, step: 0, rings: 0 };
     let mut actors = vec![actor(At::Gate); workers.into()];
     actors.push(actor(At::Allow));
-    let (gates, masks, full) = ([0; 3], [0; 3], [false; 3]);
+    let (gates, masks) = ([0; 3], [0; 3]);
     let first = State {
         limit: 0,
-        opened: 0,
+        claims: [(0, 0); 4],
         completed: 0,
         wake_at: 0,
         bell: 0,
         gates,
         masks,
-        full,
         actors,
         interrupted: false,
         dead: false,
@@ -171,7 +195,7 @@ fn successors(run: &Run, state: &State) -> Vec<Result<State, String>> {
             (next.interrupted, next.ordeal) = (true, 1);
             all.push(Ok(next));
         }
-        (Ordeal::Death, 0) => {
+        (Ordeal::Death | Ordeal::Replacement, 0) => {
             for worker in (0..conductor).filter(|&worker| state.actors[worker].at != At::End) {
                 let mut next = state.clone();
                 (next.actors[worker].at, next.dead, next.ordeal) = (At::Died, true, 1);

@@ -1,6 +1,6 @@
 //! The accesses themselves, each in one indivisible move.
 
-use crate::model::{Actor, After, At, Flaw, Run, State};
+use crate::model::{Actor, After, At, Flaw, Ordeal, Run, State};
 
 /// Bit of a gate that says: no further step.
 const STOP: u8 = 0x80;
@@ -37,6 +37,9 @@ impl State {
     fn after(run: &Run, actor: &mut Actor, after: After) {
         actor.at = match after {
             After::Await => At::Rings,
+            After::Opened(phase, step) => At::RepairOpened(phase, step),
+            After::Behind(phase, step) if usize::from(phase) + 1 < run.sizes.len() => At::RepairGate(phase + 1, step),
+            After::Behind(_, step) => At::RepairFinish(step),
             After::Ring => At::Wake,
             After::Next => {
                 actor.step += 1;
@@ -68,7 +71,7 @@ impl State {
 
     pub(crate) fn advance(&mut self, run: &Run, index: usize) -> Result<(), String> {
         let flaw = |flaw| run.flaw == Some(flaw);
-        let last_phase = run.sizes.len() as u8 - 1;
+        let finish = run.sizes.len() as u8;
         let mut actor = self.actors[index].clone();
         let step = actor.step;
         match actor.at {
@@ -95,46 +98,50 @@ impl State {
                 }
                 self.masks[phase] |= bit;
                 if self.masks[phase] == (1 << run.sizes[phase]) - 1 {
-                    actor.at = At::Summary;
+                    actor.at = At::Claim(phase as u8 + 1, step, After::Next);
                 } else {
                     Self::after(run, &mut actor, After::Next);
                 }
             }
-            At::Summary => {
-                let (phase, _) = place(run, index);
-                self.full[phase] = true;
-                actor.at = match phase as u8 {
-                    phase if phase < last_phase => At::ClearSummary(phase + 1, step, After::Next),
-                    _ => At::Completed,
-                };
-            }
-            At::Completed => {
-                self.completed = step + 1;
-                actor.at = At::Limit;
-            }
-            At::Limit => actor.at = if step + 1 < self.limit { At::Claim(step + 1, After::Ring) } else { At::Wake },
             At::Wake => match self.wake_at == step + 1 {
                 true => actor.at = At::Bell(After::Next),
                 false => Self::after(run, &mut actor, After::Next),
             },
-            At::Claim(step, after) => {
-                if self.opened == step || flaw(Flaw::OpenTwice) {
-                    self.opened = step + 1;
-                    actor.at = At::ClearSummary(0, step, after);
+            At::Claim(target, step, after) => match self.claims[usize::from(target)].0 {
+                steps if steps <= step => actor.at = At::TakeClaim(target, step, steps, after),
+                _ if flaw(Flaw::OpenTwice) && target == 0 => actor.at = At::ClearMask(target, step, after),
+                _ => Self::after(run, &mut actor, after),
+            },
+            At::TakeClaim(target, step, before, after) => {
+                let claim = &mut self.claims[usize::from(target)];
+                if claim.0 == before || flaw(Flaw::OpenTwice) {
+                    *claim = (step + 1, index as u8);
+                    actor.at = if target == finish { At::Completed(step, after) } else { At::ClearMask(target, step, after) };
                 } else {
                     Self::after(run, &mut actor, after);
                 }
             }
-            At::ClearSummary(phase, step, after) => {
-                if flaw(Flaw::ClearAfterOpening) {
-                    self.gates[usize::from(phase)] = step + 1;
+            At::Completed(step, after) => {
+                self.completed = step + 1;
+                actor.at = At::Limit(step, after);
+            }
+            At::Limit(step, after) => {
+                // Whoever completes a step looks afterwards whether the conductor is waiting; the conductor is not.
+                let after = if after == After::Next { After::Ring } else { after };
+                if step + 1 < self.limit {
+                    actor.at = At::Claim(0, step + 1, after);
+                } else {
+                    Self::after(run, &mut actor, after);
                 }
-                self.full[usize::from(phase)] = false;
-                actor.at = At::ClearMask(phase, step, after);
             }
             At::ClearMask(phase, step, after) => {
-                self.masks[usize::from(phase)] = 0;
-                actor.at = At::ReadGate(phase, step, after);
+                if flaw(Flaw::ClearAfterOpening) {
+                    self.gates[usize::from(phase)] = step + 1;
+                    actor.at = At::WakeGate(phase, step, after);
+                } else {
+                    self.masks[usize::from(phase)] = 0;
+                    actor.at = At::ReadGate(phase, step, after);
+                }
             }
             At::ReadGate(phase, step, after) => {
                 let value = self.gates[usize::from(phase)];
@@ -152,6 +159,9 @@ impl State {
                 }
             }
             At::WakeGate(phase, _, after) => {
+                if flaw(Flaw::ClearAfterOpening) {
+                    self.masks[usize::from(phase)] = 0;
+                }
                 self.wake_workers(run, phase);
                 Self::after(run, &mut actor, after);
             }
@@ -179,7 +189,7 @@ impl State {
                 self.limit = (step + run.ahead + 1).min(run.steps);
                 At::Allowed
             }
-            At::Allowed if self.completed < self.limit => At::Claim(self.completed, After::Await),
+            At::Allowed if self.completed < self.limit => At::Claim(0, self.completed, After::Await),
             At::Allowed => At::Rings,
             At::Rings => {
                 actor.rings = self.bell;
@@ -192,6 +202,8 @@ impl State {
                 if actor.step == run.steps { At::End } else { At::Allow }
             }
             At::Done => At::Dead,
+            At::Dead if self.dead && run.ordeal == Ordeal::Replacement && flaw(Flaw::NoRepair) => At::Resume,
+            At::Dead if self.dead && run.ordeal == Ordeal::Replacement => At::Repair,
             At::Dead if self.dead => At::StopGate(0),
             At::Dead if flaw(Flaw::LookBeforeAsking) => At::Asked,
             At::Dead => At::Ask,
@@ -211,6 +223,66 @@ impl State {
             At::WakeStopped(phase) => {
                 self.wake_workers(run, phase);
                 if usize::from(phase) + 1 < run.sizes.len() { At::StopGate(phase + 1) } else { At::End }
+            }
+            _ => return self.repair(run, actor),
+        };
+    }
+
+    /// The accesses of the conductor when a worker has died and another one takes its place.
+    fn repair(&mut self, run: &Run, actor: &mut Actor) {
+        let workers = self.actors.len() - 1;
+        let dead = self.actors[..workers].iter().position(|actor| actor.at == At::Died).unwrap_or(workers);
+        let finish = run.sizes.len();
+        let is_open = |phase: u8, step: u8| self.gates[usize::from(phase)] == step + 1;
+        let left_by_the_dead = |target: usize, step: u8| self.claims[target] == (step + 1, dead as u8);
+        actor.at = match actor.at {
+            At::Repair => At::RepairGate(0, self.completed),
+            At::RepairGate(phase, step) if is_open(phase, step) => At::RepairWake(phase, step),
+            At::RepairGate(phase, step) => At::RepairClaim(phase, step),
+            At::RepairClaim(phase, step) if left_by_the_dead(phase.into(), step) => {
+                At::ClearMask(phase, step, After::Opened(phase, step))
+            }
+            At::RepairClaim(0, step) => At::RepairLimit(0, step),
+            At::RepairClaim(phase, step) => At::RepairOpened(phase, step),
+            At::RepairLimit(phase, step) if step < self.limit => At::Claim(0, step, After::Opened(phase, step)),
+            At::RepairLimit(phase, step) => At::RepairOpened(phase, step),
+            At::RepairOpened(phase, step) if is_open(phase, step) => At::RepairWake(phase, step),
+            At::RepairOpened(..) => At::Resume,
+            At::RepairWake(phase, step) => {
+                self.wake_workers(run, phase);
+                At::RepairStillOpen(phase, step)
+            }
+            At::RepairStillOpen(phase, step) if is_open(phase, step) => At::RepairMask(phase, step),
+            At::RepairStillOpen(..) => At::Resume,
+            At::RepairMask(phase, step) if self.masks[usize::from(phase)] == (1 << run.sizes[usize::from(phase)]) - 1 => {
+                let target = phase + 1;
+                match run.flaw {
+                    Some(Flaw::RepairUnclaimed) if usize::from(target) < finish => {
+                        At::ClearMask(target, step, After::Behind(phase, step))
+                    }
+                    _ => At::Claim(target, step, After::Behind(phase, step)),
+                }
+            }
+            At::RepairMask(..) => At::Resume,
+            At::RepairFinish(step) if left_by_the_dead(finish, step) => At::RepairCompleted(step),
+            At::RepairFinish(_) => At::Resume,
+            At::RepairCompleted(step) if self.completed == step => At::Completed(step, After::Behind(finish as u8 - 1, step)),
+            At::RepairCompleted(_) => At::Resume,
+            At::Resume => At::ResumeGate(self.completed),
+            At::ResumeGate(step) if dead == workers || !is_open(place(run, dead).0 as u8, step) => At::ResumeAgain(step, 0),
+            At::ResumeGate(step) => At::ResumeMask(step),
+            At::ResumeMask(step) => {
+                let (phase, bit) = place(run, dead);
+                At::ResumeAgain(step, u8::from(self.masks[phase] & bit != 0))
+            }
+            At::ResumeAgain(step, _) if self.completed != step => At::Resume,
+            At::ResumeAgain(step, arrived) => {
+                if let Some(worker) = self.actors[..workers].get_mut(dead) {
+                    worker.step = step + arrived;
+                    worker.at = if worker.step == run.steps { At::End } else { At::Gate };
+                }
+                self.dead = false;
+                At::Rings
             }
             other => unreachable!("{other:?} is no access of the conductor"),
         };
