@@ -1,6 +1,7 @@
 //! What a process of a run does: connect, then run its participants whenever a gate opens.
 
 mod jitter;
+mod link;
 mod panics;
 mod seat;
 
@@ -10,12 +11,12 @@ use std::os::fd::{BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use jitter::Jitter;
+pub use link::{Link, Turn};
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
 use crate::board::Hub;
-use crate::page::{FaultKind, Page, Report, Watch};
-use crate::{Participant, Plan, Step, Store};
+use crate::page::{FaultKind, Page, Report};
+use crate::{Fault, Participant, Plan};
 
 /// Environment variable with the path of the run directory.
 pub(crate) const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
@@ -39,81 +40,124 @@ pub fn serve<F>(build: F) -> ExitCode
 where
     F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
 {
-    let post = match Post::find() {
-        Ok(post) => post,
+    let worker = match Worker::join() {
+        Ok(worker) => worker,
         Err(reason) => {
-            eprintln!("not a worker of a run: {reason}");
+            eprintln!("{reason}");
             return ExitCode::from(NOT_A_WORKER);
         }
     };
-    match post.work(build) {
+    match work(worker, build) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(report) => {
-            post.page.leave(post.worker, &report);
-            ExitCode::FAILURE
-        }
+        // The conductor has been told.
+        Err(Fault(_)) => ExitCode::FAILURE,
     }
 }
 
-/// This process's place in a run.
-struct Post {
+fn work<F>(worker: Worker, build: F) -> Result<(), Fault>
+where
+    F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
+{
+    panics::remember_those_of_this_thread();
+    let built = panics::catch(|| build(worker.plan(), worker.nodes())).and_then(|result| result);
+    let mut participants = built.map_err(|reason| worker.refuse(reason))?;
+    let (built, wanted) = (participants.len(), worker.nodes().len());
+    if built != wanted {
+        return Err(worker.refuse(format!("{built} participants were built for {wanted} nodes")));
+    }
+    let mut link = worker.connect()?;
+    while let Some(turn) = link.next()? {
+        let participant = &mut participants[turn.number];
+        let Some(mut io) = link.io() else { break };
+        let computed = panics::catch(|| participant.step(&turn.step, &mut io));
+        match computed.and_then(|result| result.map_err(|fault| fault.0)) {
+            Ok(()) => link.done()?,
+            Err(message) => return Err(link.fail(message)),
+        }
+    }
+    Ok(())
+}
+
+/// A process that has no place in a run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("not a worker of a run: {0}")]
+pub struct NotAWorker(pub String);
+
+/// This process's place in a run, for programs that ask for their steps; [`serve`] is for those that are called.
+///
+/// ```no_run
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let worker = lockstep::Worker::join()?;
+/// let mut link = worker.connect()?;
+/// while let Some(turn) = link.next()? {
+///     if let Some(io) = link.io() { /* read, compute, write */ }
+///     link.done()?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub struct Worker {
     directory: PathBuf,
     plan: Plan,
-    worker: usize,
+    number: usize,
     page: Page,
 }
 
-impl Post {
+impl Worker {
+    /// Finds the place that the conductor gave this process, and reads the plan of the run. To be called once.
+    ///
+    /// # Errors
+    /// [`NotAWorker`] if the process was not spawned by a conductor.
+    pub fn join() -> Result<Self, NotAWorker> {
+        Self::find().map_err(NotAWorker)
+    }
+
     fn find() -> Result<Self, String> {
         let directory = PathBuf::from(variable(RUN_DIRECTORY)?);
         let plan = Plan::read(&directory).map_err(|error| error.to_string())?;
-        let worker: usize = number(WORKER)?;
-        if worker >= plan.workers.len() {
-            return Err(format!("{WORKER} is {worker}, but the run has {} workers", plan.workers.len()));
+        let number: usize = self::number(WORKER)?;
+        if number >= plan.workers.len() {
+            return Err(format!("{WORKER} is {number}, but the run has {} workers", plan.workers.len()));
         }
-        let page = adopt(number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
+        let page = adopt(self::number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
         let page = page.map_err(|error| format!("{PAGE_FD} is not the page of the run: {error}"))?;
-        Ok(Self { directory, plan, worker, page })
+        Ok(Self { directory, plan, number, page })
     }
 
-    fn work<F>(&self, build: F) -> Result<(), Report>
-    where
-        F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
-    {
-        panics::remember_those_of_this_thread();
-        let plan = &self.plan;
-        let me = &plan.workers[self.worker];
-        let participants = panics::catch(|| build(plan, &me.nodes)).and_then(|result| result).map_err(refusal)?;
-        if participants.len() != me.nodes.len() {
-            let (built, wanted) = (participants.len(), me.nodes.len());
-            return Err(refusal(format!("{built} participants were built for {wanted} nodes")));
-        }
-        let hub = Hub::join(&self.directory, &plan.run, &me.name).map_err(refusal)?;
-        let mut seats = seat::take(plan, self.worker, &hub, participants).map_err(refusal)?;
-        let mut store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
-        let mut watch = Watch::new(self.worker);
-        let mut jitter = Jitter::from_environment(self.worker);
-        self.page.mark_ready(self.worker);
-        for index in 0..plan.steps {
-            let step = Step { index, dt: plan.dt };
-            for seat in &mut seats {
-                if !self.page.await_gate(seat.phase, index) {
-                    return Ok(());
-                }
-                let start = watch.start(&self.page, seat.phase);
-                jitter.as_mut().map(Jitter::delay);
-                seat.run(plan, &mut store, &step)?;
-                let end = watch.end(&self.page, seat.phase, index, start);
-                let last = self.page.arrive(seat.phase, seat.position, index);
-                watch.arrived(&self.page, seat.phase, end, last);
-            }
-        }
-        Ok(())
+    /// What every process of the run knows.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
-}
 
-fn refusal(reason: impl Display) -> Report {
-    Report { kind: FaultKind::Refusal, node: 0, step: 0, message: reason.to_string() }
+    /// The numbers of the nodes that this process hosts.
+    pub fn nodes(&self) -> &[usize] {
+        &self.plan.workers[self.number].nodes
+    }
+
+    /// Opens all channels and tells the conductor that this process is ready.
+    ///
+    /// # Errors
+    /// A service that cannot be opened. The conductor has been told.
+    pub fn connect(self) -> Result<Link, Fault> {
+        let opened = Hub::join(&self.directory, &self.plan.run, &self.plan.workers[self.number].name)
+            .and_then(|hub| Ok((seat::take(&self.plan, self.number, &hub)?, hub)));
+        match opened {
+            Ok((seats, hub)) => Ok(Link::new(self, seats, hub)),
+            Err(error) => Err(self.refuse(error)),
+        }
+    }
+
+    /// Tells the conductor why this process cannot start; it should end after that. Returns the reason.
+    pub fn refuse(&self, reason: impl Display) -> Fault {
+        let message = reason.to_string();
+        self.leave(Report { kind: FaultKind::Refusal, node: 0, step: 0, message })
+    }
+
+    /// Leaves a report for the conductor and returns its message.
+    fn leave(&self, report: Report) -> Fault {
+        self.page.leave(self.number, &report);
+        Fault(report.message)
+    }
 }
 
 fn variable(name: &str) -> Result<String, String> {

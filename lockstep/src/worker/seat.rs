@@ -1,12 +1,11 @@
-//! A worker's part in one phase: what it fetches, whom it runs, what it publishes.
+//! A worker's part in one phase: what it fetches, whose turn it is, what it publishes.
 
 use std::collections::BTreeMap;
 
-use super::panics;
 use crate::board::{ChannelReader, ChannelWriter, Hub, ServiceError};
-use crate::execute::{Member, stamp};
+use crate::execute::{Place, stamp};
 use crate::page::{FaultKind, Report};
-use crate::{ChannelId, Participant, Plan, Step, Store, Timing};
+use crate::{ChannelId, Plan, Step, Store, Timing};
 
 /// What a worker does in one phase.
 pub(super) struct Seat {
@@ -14,7 +13,8 @@ pub(super) struct Seat {
     /// Its number among the workers of the phase.
     pub(super) position: usize,
     fetches: Vec<Fetch>,
-    members: Vec<Seated>,
+    /// Its nodes in order of execution.
+    pub(super) members: Vec<Seated>,
 }
 
 /// A channel that another process writes.
@@ -25,27 +25,23 @@ struct Fetch {
     node: usize,
 }
 
-/// A participant with its place to publish.
-struct Seated {
-    member: Member,
+/// A node with its place to publish.
+pub(super) struct Seated {
+    pub(super) place: Place,
+    /// Its number among the nodes of the worker as the plan lists them.
+    pub(super) number: usize,
     writers: Vec<ChannelWriter>,
 }
 
 /// The seats of a worker, in order of phases, with all channels open.
-pub(super) fn take(
-    plan: &Plan,
-    worker: usize,
-    hub: &Hub,
-    participants: Vec<Box<dyn Participant>>,
-) -> Result<Vec<Seat>, ServiceError> {
+pub(super) fn take(plan: &Plan, worker: usize, hub: &Hub) -> Result<Vec<Seat>, ServiceError> {
     let network = &plan.network;
-    let mut hosted: Vec<(usize, Box<dyn Participant>)> =
-        plan.workers[worker].nodes.iter().copied().zip(participants).collect();
+    let mut hosted: Vec<(usize, usize)> = plan.workers[worker].nodes.iter().copied().enumerate().collect();
     // The order of execution is that of the network, not that in which a worker lists its nodes.
-    hosted.sort_by_key(|&(node, _)| (plan.phases[node], node));
-    let order: Vec<usize> = hosted.iter().map(|&(node, _)| node).collect();
+    hosted.sort_by_key(|&(_, node)| (plan.phases[node], node));
+    let order: Vec<usize> = hosted.iter().map(|&(_, node)| node).collect();
     let mut seats: Vec<Seat> = Vec::new();
-    for (node, participant) in hosted {
+    for (number, node) in hosted {
         let phase = plan.phases[node];
         if seats.last().is_none_or(|seat| seat.phase != phase) {
             let position = plan.members(phase).iter().position(|&member| member == worker).unwrap_or(0);
@@ -54,7 +50,7 @@ pub(super) fn take(
         let writes = !network.nodes[node].outputs.is_empty();
         let writers = if writes { hub.open(network, node)?.writers()? } else { Vec::new() };
         if let Some(seat) = seats.last_mut() {
-            seat.members.push(Seated { member: Member::new(network, node, participant), writers });
+            seat.members.push(Seated { place: Place::new(network, node), number, writers });
         }
     }
     let wanted = wanted_channels(plan, &order);
@@ -94,8 +90,11 @@ fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing,
 }
 
 impl Seat {
-    /// Fetches, runs and publishes.
-    pub(super) fn run(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
+    /// Fetches what the nodes of the seat read from other processes.
+    ///
+    /// # Errors
+    /// A sample that is not the one that was due.
+    pub(super) fn fetch(&self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         for fetch in &self.fetches {
             let sample = match fetch.timing {
                 Timing::SameStep => Some(step.index),
@@ -107,19 +106,31 @@ impl Seat {
                 .fetch(&plan.network, store, sample)
                 .map_err(|wrong| fault(fetch.node, step, wrong.describe(&plan.network)))?;
         }
-        let stamp = stamp(step, plan.period_ns);
-        for seated in &mut self.members {
-            let member = &mut seated.member;
-            panics::catch(|| member.run(&plan.network, store, step, &stamp))
-                .and_then(|result| result.map_err(|fault| fault.0))
-                .map_err(|message| fault(member.node, step, message))?;
-            seated.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
-        }
         Ok(())
     }
 }
 
+impl Seated {
+    /// Publishes what stands in the store for `step`.
+    pub(super) fn publish(&mut self, store: &Store, step: &Step) {
+        self.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
+    }
+
+    /// Checks, stamps and publishes what was computed at `step`.
+    ///
+    /// # Errors
+    /// If an output is not a finite number.
+    pub(super) fn finish(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
+        let stamp = stamp(step, plan.period_ns);
+        let finished = self.place.finish(&plan.network, store, step, &stamp);
+        finished.map_err(|wrong| fault(self.place.node, step, wrong.0))?;
+        self.publish(store, step);
+        Ok(())
+    }
+}
+
+/// The report of a node that cannot go on.
 #[cold]
-fn fault(node: usize, step: &Step, message: String) -> Report {
+pub(super) fn fault(node: usize, step: &Step, message: String) -> Report {
     Report { kind: FaultKind::Fault, node, step: step.index, message }
 }
