@@ -4,23 +4,14 @@ use crate::{Channel, Fault, Header, Io, Network, Participant, Ports, Status, Ste
 
 /// A participant in its place in the network.
 pub(crate) struct Member {
-    /// Number of the node in the network.
-    pub(crate) node: usize,
-    ports: Ports,
-    /// Agent numbers of the outputs.
-    agents: Vec<u32>,
-    /// Whether the node runs at every step from the first.
-    always: bool,
+    pub(crate) place: Place,
     participant: Box<dyn Participant>,
 }
 
 impl Member {
     /// The participant of node number `node`.
     pub(crate) fn new(network: &Network, node: usize, participant: Box<dyn Participant>) -> Self {
-        let place = &network.nodes[node];
-        let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();
-        let always = place.every <= 1 && place.offset == 0;
-        Self { node, ports: Ports::of(place), agents, always, participant }
+        Self { place: Place::new(network, node), participant }
     }
 
     /// Runs the node at `step`, or holds its last outputs if it is not its turn. `stamp` is the [`stamp`] of the step.
@@ -34,20 +25,69 @@ impl Member {
         step: &Step,
         stamp: &Header,
     ) -> Result<(), Fault> {
+        if !self.place.is_due(network, store, step) {
+            return Ok(());
+        }
+        self.participant.step(step, &mut self.place.io(store, step))?;
+        self.place.finish(network, store, step, stamp)
+    }
+}
+
+/// A node as far as its steps are concerned, whoever computes them.
+pub(crate) struct Place {
+    /// Number of the node in the network.
+    pub(crate) node: usize,
+    ports: Ports,
+    /// Agent numbers of the outputs.
+    agents: Vec<u32>,
+    /// Whether the node runs at every step from the first.
+    always: bool,
+}
+
+impl Place {
+    /// The place of node number `node`.
+    pub(crate) fn new(network: &Network, node: usize) -> Self {
+        let place = &network.nodes[node];
+        let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();
+        let always = place.every <= 1 && place.offset == 0;
+        Self { node, ports: Ports::of(place), agents, always }
+    }
+
+    /// Whether the node runs at `step`. If it does not, its last outputs stand for this step too.
+    pub(crate) fn is_due(&self, network: &Network, store: &mut Store, step: &Step) -> bool {
         let last_run = if self.always { Some(step.index) } else { network.nodes[self.node].last_run(step.index) };
         match last_run {
-            Some(run) if run == step.index => {
-                self.participant.step(step, &mut Io::new(store, &self.ports, step.index))?;
-                for (&output, &agent) in self.ports.outputs.iter().zip(&self.agents) {
-                    if !all_finite(store.read(output, step.index)) {
-                        return Err(not_finite(&network.channels[output.0], store.read(output, step.index)));
-                    }
-                    store.stamp(output, step.index, Header { agent, ..*stamp });
-                }
+            Some(run) if run == step.index => true,
+            Some(_) => {
+                self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Held));
+                false
             }
-            Some(_) => self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Held)),
             // Not yet its turn: its channels read as zeros.
-            None => {}
+            None => false,
+        }
+    }
+
+    /// What the node sees of its channels at `step`.
+    pub(crate) fn io<'a>(&'a self, store: &'a mut Store, step: &Step) -> Io<'a> {
+        Io::new(store, &self.ports, step.index)
+    }
+
+    /// Checks and stamps the outputs that were computed at `step`.
+    ///
+    /// # Errors
+    /// If an output is not a finite number.
+    pub(crate) fn finish(
+        &self,
+        network: &Network,
+        store: &mut Store,
+        step: &Step,
+        stamp: &Header,
+    ) -> Result<(), Fault> {
+        for (&output, &agent) in self.ports.outputs.iter().zip(&self.agents) {
+            if !all_finite(store.read(output, step.index)) {
+                return Err(not_finite(&network.channels[output.0], store.read(output, step.index)));
+            }
+            store.stamp(output, step.index, Header { agent, ..*stamp });
         }
         Ok(())
     }

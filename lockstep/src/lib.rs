@@ -39,4 +39,4 @@ pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use plan::{Plan, PlanError, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, Status};
 pub use store::Store;
-pub use worker::{Comeback, serve};
+pub use worker::{Comeback, Link, NotAWorker, Turn, Worker, serve};

@@ -70,7 +70,7 @@ impl Local {
             .map(|(node, participant)| Member::new(&network, node, participant))
             .collect();
         // Stable: within a phase the order of the network stays.
-        members.sort_by_key(|member| phases[member.node]);
+        members.sort_by_key(|member| phases[member.place.node]);
         let store = Store::new(network.channels.iter().map(|channel| &channel.layout));
         let period_ns = (dt * 1e9).round() as u64;
         let counts = Arc::new(LocalCounts::new(members.len()));
@@ -88,12 +88,12 @@ impl Local {
         for member in &mut self.members {
             let start = if timed { ticks::now() } else { 0 };
             member.run(&self.network, &mut self.store, &step, &stamp).map_err(|fault| StepError {
-                node: self.network.nodes[member.node].name.clone(),
+                node: self.network.nodes[member.place.node].name.clone(),
                 step: step.index,
                 fault,
             })?;
             if timed {
-                self.counts.ticks[member.node].fetch_add(ticks::now().saturating_sub(start), Relaxed);
+                self.counts.ticks[member.place.node].fetch_add(ticks::now().saturating_sub(start), Relaxed);
             }
         }
         self.next.index += 1;

@@ -2,6 +2,7 @@
 
 mod comeback;
 mod jitter;
+mod link;
 mod panics;
 mod seat;
 
@@ -11,14 +12,17 @@ use std::os::fd::{BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use comeback::CatchUp;
 pub use comeback::Comeback;
 pub(crate) use comeback::{COMEBACK, Orders};
-use jitter::Jitter;
+pub use link::{Link, Turn};
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
-use crate::board::Hub;
-use crate::page::{FaultKind, Page, Report, Watch};
-use crate::{Participant, Plan, Step, Store};
+use crate::board::{Hub, ServiceError};
+use seat::Seat;
+
+use crate::page::{FaultKind, Page, Report};
+use crate::{Fault, Participant, Plan};
 
 /// Environment variable with the path of the run directory.
 pub(crate) const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
@@ -42,109 +46,147 @@ pub fn serve<F>(build: F) -> ExitCode
 where
     F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
 {
-    let post = match Post::find() {
-        Ok(post) => post,
+    let worker = match Worker::join() {
+        Ok(worker) => worker,
         Err(reason) => {
-            eprintln!("not a worker of a run: {reason}");
+            eprintln!("{reason}");
             return ExitCode::from(NOT_A_WORKER);
         }
     };
-    match post.work(build) {
+    match work(worker, build) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(report) => {
-            post.page.leave(post.worker, &report);
-            ExitCode::FAILURE
-        }
+        // The conductor has been told.
+        Err(Fault(_)) => ExitCode::FAILURE,
     }
 }
 
-/// This process's place in a run.
-struct Post {
+fn work<F>(worker: Worker, build: F) -> Result<(), Fault>
+where
+    F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
+{
+    panics::remember_those_of_this_thread();
+    if worker.holds() {
+        let ended = worker.connect()?.next()?;
+        debug_assert!(ended.is_none(), "who holds its samples has no turns");
+        return Ok(());
+    }
+    let built = panics::catch(|| build(worker.plan(), worker.nodes())).and_then(|result| result);
+    let mut participants = built.map_err(|reason| worker.refuse(reason))?;
+    let (built, wanted) = (participants.len(), worker.nodes().len());
+    if built != wanted {
+        return Err(worker.refuse(format!("{built} participants were built for {wanted} nodes")));
+    }
+    let mut link = worker.connect()?;
+    while let Some(turn) = link.next()? {
+        let participant = &mut participants[turn.number];
+        let Some(mut io) = link.io() else { break };
+        let computed = panics::catch(|| participant.step(&turn.step, &mut io));
+        match computed.and_then(|result| result.map_err(|fault| fault.0)) {
+            Ok(()) => link.done()?,
+            Err(message) => return Err(link.fail(message)),
+        }
+    }
+    Ok(())
+}
+
+/// A process that has no place in a run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("not a worker of a run: {0}")]
+pub struct NotAWorker(pub String);
+
+/// This process's place in a run, for programs that ask for their steps; [`serve`] is for those that are called.
+///
+/// ```no_run
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let worker = lockstep::Worker::join()?;
+/// let mut link = worker.connect()?;
+/// while let Some(turn) = link.next()? {
+///     if let Some(io) = link.io() { /* read, compute, write */ }
+///     link.done()?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub struct Worker {
     directory: PathBuf,
     plan: Plan,
-    worker: usize,
+    number: usize,
     page: Page,
     /// Set if it takes the place of another process.
     orders: Option<Orders>,
 }
 
-impl Post {
+impl Worker {
+    /// Finds the place that the conductor gave this process, and reads the plan of the run. To be called once.
+    ///
+    /// # Errors
+    /// [`NotAWorker`] if the process was not spawned by a conductor.
+    pub fn join() -> Result<Self, NotAWorker> {
+        Self::find().map_err(NotAWorker)
+    }
+
     fn find() -> Result<Self, String> {
         let directory = PathBuf::from(variable(RUN_DIRECTORY)?);
         let plan = Plan::read(&directory).map_err(|error| error.to_string())?;
-        let worker: usize = number(WORKER)?;
-        if worker >= plan.workers.len() {
-            return Err(format!("{WORKER} is {worker}, but the run has {} workers", plan.workers.len()));
+        let number: usize = self::number(WORKER)?;
+        if number >= plan.workers.len() {
+            return Err(format!("{WORKER} is {number}, but the run has {} workers", plan.workers.len()));
         }
-        let page = adopt(number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
+        let page = adopt(self::number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
         let page = page.map_err(|error| format!("{PAGE_FD} is not the page of the run: {error}"))?;
-        Ok(Self { directory, plan, worker, page, orders: Orders::find()? })
+        Ok(Self { directory, plan, number, page, orders: Orders::find()? })
     }
 
-    fn participants<F>(&self, build: F) -> Result<Vec<Option<Box<dyn Participant>>>, Report>
-    where
-        F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
-    {
-        let nodes = &self.plan.workers[self.worker].nodes;
-        let built = panics::catch(|| build(&self.plan, nodes)).and_then(|result| result).map_err(refusal)?;
-        if built.len() != nodes.len() {
-            return Err(refusal(format!("{} participants were built for {} nodes", built.len(), nodes.len())));
-        }
-        Ok(built.into_iter().map(Some).collect())
+    /// What every process of the run knows.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 
-    fn work<F>(&self, build: F) -> Result<(), Report>
-    where
-        F: FnOnce(&Plan, &[usize]) -> Result<Vec<Box<dyn Participant>>, String>,
-    {
-        panics::remember_those_of_this_thread();
-        let (plan, page, worker) = (&self.plan, &self.page, self.worker);
-        let me = &plan.workers[worker];
-        let orders = self.orders.as_ref();
-        let participants = match orders {
-            Some(Orders { comeback: Comeback::Hold, .. }) => me.nodes.iter().map(|_| None).collect(),
-            _ => self.participants(build)?,
-        };
-        let hub = Hub::join(&self.directory, &plan.run, &me.name).map_err(refusal)?;
-        let incarnation = orders.map_or(0, |orders| orders.incarnation);
-        let mut changes = page.changes();
-        let mut seats = seat::take(plan, worker, incarnation, (&hub, page), participants).map_err(refusal)?;
-        let mut store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
-        let (mut first, mut skipped) = (0, 0);
-        if let Some(orders) = orders {
-            comeback::catch_up(plan, worker, orders, (&hub, page), (&mut seats, &mut store))?;
-            page.take_over(worker, incarnation);
-            (first, skipped) = (orders.step, orders.place);
-        }
-        let mut watch = Watch::new(worker, page);
-        let mut jitter = Jitter::from_environment(worker);
-        page.mark_ready(worker);
-        for index in first..plan.steps {
-            let step = Step { index, dt: plan.dt };
-            for place in std::mem::take(&mut skipped)..seats.len() {
-                if !page.await_gate(worker, seats[place].phase, index) {
-                    return Ok(());
-                }
-                if page.changes() != changes {
-                    // Noted before the look at who was replaced, so that whoever is later is noticed the next time.
-                    changes = page.changes();
-                    seat::follow(&hub, page, plan, &mut seats).map_err(refusal)?;
-                }
-                let seat = &mut seats[place];
-                let start = watch.start(page, seat.phase);
-                jitter.as_mut().map(Jitter::delay);
-                seat.run(plan, &mut store, &step)?;
-                let end = watch.end(page, seat.phase, index, start);
-                let last = page.arrive(worker, seat.phase, seat.position, index);
-                watch.arrived(page, seat.phase, end, last);
-            }
-        }
-        Ok(())
+    /// The numbers of the nodes that this process hosts.
+    pub fn nodes(&self) -> &[usize] {
+        &self.plan.workers[self.number].nodes
     }
-}
 
-fn refusal(reason: impl Display) -> Report {
-    Report { kind: FaultKind::Refusal, node: 0, step: 0, message: reason.to_string() }
+    /// Whether this process only holds the last samples of one that has failed: it has no turns.
+    pub fn holds(&self) -> bool {
+        self.orders.is_some_and(|orders| orders.comeback == Comeback::Hold)
+    }
+
+    /// Opens all channels and tells the conductor that this process is ready; one that takes the place of another process
+    /// does so as soon as it has caught up.
+    ///
+    /// # Errors
+    /// A service that cannot be opened. The conductor has been told.
+    pub fn connect(self) -> Result<Link, Fault> {
+        match self.open() {
+            Ok((hub, changes, seats, catch_up)) => Ok(Link::new(self, hub, changes, seats, catch_up)),
+            Err(reason) => Err(self.refuse(reason)),
+        }
+    }
+
+    fn open(&self) -> Result<(Hub, u32, Vec<Seat>, Option<CatchUp>), String> {
+        let (plan, page) = (&self.plan, &self.page);
+        let failed = |error: ServiceError| error.to_string();
+        let hub = Hub::join(&self.directory, &plan.run, &plan.workers[self.number].name).map_err(failed)?;
+        // Noted before the look at who serves as which worker, so that whoever is replaced later is noticed.
+        let changes = page.changes();
+        let incarnation = self.orders.map_or(0, |orders| orders.incarnation);
+        let seats = seat::take(plan, self.number, incarnation, &hub, page).map_err(failed)?;
+        let catch_up = self.orders.map(|orders| CatchUp::open(self, orders, &hub, &seats)).transpose()?;
+        Ok((hub, changes, seats, catch_up))
+    }
+
+    /// Tells the conductor why this process cannot start; it should end after that. Returns the reason.
+    pub fn refuse(&self, reason: impl Display) -> Fault {
+        let message = reason.to_string();
+        self.leave(Report { kind: FaultKind::Refusal, node: 0, step: 0, message })
+    }
+
+    /// Leaves a report for the conductor and returns its message.
+    fn leave(&self, report: Report) -> Fault {
+        self.page.leave(self.number, &report);
+        Fault(report.message)
+    }
 }
 
 fn variable(name: &str) -> Result<String, String> {

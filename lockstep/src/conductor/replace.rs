@@ -34,7 +34,8 @@ impl Conductor {
     ///
     /// To be called between two calls of [`step`](Self::step), also after one that failed if the worker is one of the
     /// [`casualties`](Self::casualties). The new process is given the samples of the steps that are done and goes through
-    /// them as `comeback` says; the others wait for it. After this, the run goes on as if nothing had happened.
+    /// them as `comeback` says; the others wait for it. After this, the run goes on as if nothing had happened. Returns its
+    /// pid, or `None` if nothing was left to be done for the worker.
     ///
     /// # Errors
     /// [`RunError`] if nobody could take the place; it may be tried again with another command.
@@ -48,7 +49,7 @@ impl Conductor {
         cpu: Option<usize>,
         comeback: Comeback,
         history: &mut dyn History,
-    ) -> Result<u32, RunError> {
+    ) -> Result<Option<u32>, RunError> {
         let is_broken = self.failed;
         self.failed = true;
         let incarnation = self.crew.spawned(worker);
@@ -62,6 +63,11 @@ impl Conductor {
         alarm.page.vacate(worker);
         let (step, place) = alarm.page.resumption(&self.plan.places(worker));
         let recorded = self.next;
+        if step == self.plan.steps {
+            self.crew.alarm.forget_death(worker);
+            self.failed = false;
+            return Ok(None);
+        }
         if comeback == Comeback::Hold && recorded == 0 {
             return Err(self.not_replaced(worker, "there is no sample yet that could be held".into()));
         }
@@ -75,7 +81,7 @@ impl Conductor {
         self.feed(worker, first..recorded, output, history)?;
         self.await_return(worker)?;
         self.failed = false;
-        Ok(pid)
+        Ok(Some(pid))
     }
 
     /// Whether `worker` was replaced as often as it may be.
@@ -212,4 +218,3 @@ impl Feed<'_> {
         Ok(())
     }
 }
-

@@ -80,5 +80,4 @@ impl Page {
     pub(crate) fn changes(&self) -> u32 {
         self.head().changes.count.load(SeqCst)
     }
-
 }

@@ -6,10 +6,10 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::os::fd::RawFd;
 
-use super::seat::Seat;
-use super::{adopt, refusal};
+use super::seat::{Seat, Seated};
+use super::{Worker, adopt};
 use crate::board::{ChannelReader, Hub, ServiceError};
-use crate::page::{Page, Report};
+use crate::page::{FaultKind, Report};
 use crate::{ChannelId, HEADER_BYTES, Header, Plan, Step, Store};
 
 /// Environment variable that tells a process that it takes the place of another one, as [`Orders`] in JSON.
@@ -64,10 +64,10 @@ struct Feed {
 }
 
 impl Feed {
-    fn open(plan: &Plan, worker: usize, orders: &Orders) -> Result<Self, Report> {
-        let file = adopt(orders.feed).map_err(|error| refusal(format!("the feed cannot be used: {error}")))?;
+    fn open(worker: &Worker, orders: &Orders) -> Result<Self, String> {
+        let file = adopt(orders.feed).map_err(|error| format!("the recorded steps cannot be read: {error}"))?;
         let input = BufReader::with_capacity(1 << 16, file.into());
-        Ok(Self { input, channels: plan.traffic(worker).into_iter().collect(), bytes: Vec::new() })
+        Ok(Self { input, channels: worker.plan.traffic(worker.number).into_iter().collect(), bytes: Vec::new() })
     }
 
     /// Reads all samples of the next step into `store`.
@@ -96,60 +96,100 @@ struct Published {
     words: Vec<f64>,
 }
 
-/// Goes through the steps that are done.
-pub(super) fn catch_up(
-    plan: &Plan,
-    worker: usize,
-    orders: &Orders,
-    (hub, page): (&Hub, &Page),
-    (seats, store): (&mut [Seat], &mut Store),
-) -> Result<(), Report> {
-    let mut feed = Feed::open(plan, worker, orders)?;
-    let former = former_readers(plan, worker, hub, page).map_err(refusal)?;
-    let channels = seats.iter().flat_map(Seat::outputs);
-    let published = |channel| Published { channel, header: None, words: Vec::new() };
-    let mut published: Vec<Published> = channels.map(published).collect();
-    for index in orders.first..=orders.step {
-        let step = Step { index, dt: plan.dt };
-        let is_recorded = index < orders.recorded;
-        if is_recorded {
-            feed.step(plan, store, index)?;
-            published.iter_mut().for_each(|published| published.note(store, index));
-        }
-        let places = if index == orders.step { orders.place } else { seats.len() };
-        for seat in &mut seats[..places] {
-            let outputs: Vec<ChannelId> = seat.outputs().collect();
-            let is_own = |published: &&mut Published| outputs.contains(&published.channel);
-            if !is_recorded {
-                seat.fetch(plan, store, &step)?;
-                for reader in former.iter().filter(|reader| outputs.contains(&reader.channel)) {
-                    let fetched = reader.fetch(&plan.network, store, index);
-                    fetched.map_err(|wrong| refusal(wrong.describe(&plan.network)))?;
-                }
-                published.iter_mut().filter(is_own).for_each(|published| published.note(store, index));
-            }
-            if orders.comeback != Comeback::Hold {
-                seat.compute(plan, store, &step)?;
-            }
-            if orders.comeback == Comeback::Recompute {
-                let mut own = published.iter_mut().filter(is_own);
-                own.try_for_each(|published| published.check(plan, store, index))?;
-            }
-            // What others have read already stays as it was.
-            published.iter_mut().filter(is_own).for_each(|published| published.restore(store, index));
-            seat.publish(store, index);
-        }
+/// The way of a process through the steps that are done.
+pub(super) struct CatchUp {
+    orders: Orders,
+    feed: Feed,
+    /// Of what the process before this one has published and nobody has recorded yet.
+    former: Vec<ChannelReader>,
+    /// What was published at the step in progress.
+    published: Vec<Published>,
+}
+
+impl CatchUp {
+    pub(super) fn open(worker: &Worker, orders: Orders, hub: &Hub, seats: &[Seat]) -> Result<Self, String> {
+        let feed = Feed::open(worker, &orders)?;
+        let former = former_readers(worker, hub).map_err(|error| error.to_string())?;
+        let channels = seats.iter().flat_map(outputs);
+        let published = channels.map(|channel| Published { channel, header: None, words: Vec::new() }).collect();
+        Ok(Self { orders, feed, former, published })
     }
-    Ok(())
+
+    /// The first step to go through.
+    pub(super) fn first(&self) -> u64 {
+        self.orders.first
+    }
+
+    /// Whether this seat of a step is done already.
+    pub(super) fn covers(&self, step: &Step, seat: usize) -> bool {
+        (step.index, seat) < (self.orders.step, self.orders.place)
+    }
+
+    /// Brings the samples that a seat reads, and what it has published, into the store.
+    pub(super) fn enter(
+        &mut self,
+        plan: &Plan,
+        seats: &[Seat],
+        seat: usize,
+        store: &mut Store,
+        step: &Step,
+    ) -> Result<(), Report> {
+        if step.index < self.orders.recorded {
+            if seat == 0 {
+                self.feed.step(plan, store, step.index)?;
+                self.published.iter_mut().for_each(|published| published.note(store, step.index));
+            }
+            return Ok(());
+        }
+        seats[seat].fetch(plan, store, step)?;
+        for channel in outputs(&seats[seat]) {
+            for reader in self.former.iter().filter(|reader| reader.channel == channel) {
+                let fetched = reader.fetch(&plan.network, store, step.index);
+                fetched.map_err(|wrong| refusal(wrong.describe(&plan.network)))?;
+            }
+            let own = self.published.iter_mut().filter(|published| published.channel == channel);
+            own.for_each(|published| published.note(store, step.index));
+        }
+        Ok(())
+    }
+
+    /// Compares what was computed with what was published, and publishes that again.
+    pub(super) fn leave(&self, plan: &Plan, seat: &mut Seat, store: &mut Store, step: &Step) -> Result<(), Report> {
+        for channel in outputs(seat) {
+            for published in self.published.iter().filter(|published| published.channel == channel) {
+                if self.orders.comeback == Comeback::Recompute {
+                    published.check(plan, store, step.index)?;
+                }
+                // What others have read stays as it was, whatever another program computes.
+                published.restore(store, step.index);
+            }
+        }
+        seat.members.iter_mut().for_each(|seated| seated.publish(store, step));
+        Ok(())
+    }
+
+    /// From now on this process is the one that serves as its worker.
+    pub(super) fn take_over(&self, worker: &Worker) {
+        worker.page.take_over(worker.number, self.orders.incarnation);
+        worker.page.mark_ready(worker.number);
+    }
+}
+
+fn outputs(seat: &Seat) -> impl Iterator<Item = ChannelId> {
+    seat.members.iter().flat_map(Seated::outputs)
+}
+
+fn refusal(message: String) -> Report {
+    Report { kind: FaultKind::Refusal, node: 0, step: 0, message }
 }
 
 /// Readers of what the process before this one has published.
-fn former_readers(plan: &Plan, worker: usize, hub: &Hub, page: &Page) -> Result<Vec<ChannelReader>, ServiceError> {
+fn former_readers(worker: &Worker, hub: &Hub) -> Result<Vec<ChannelReader>, ServiceError> {
+    let network = &worker.plan.network;
+    let incarnation = worker.page.incarnation(worker.number);
     let mut readers = Vec::new();
-    for &node in &plan.workers[worker].nodes {
-        if !plan.network.nodes[node].outputs.is_empty() {
-            readers.extend(hub.open(&plan.network, node, page.incarnation(worker))?.readers(|_| true)?);
-        }
+    for &node in worker.nodes().iter().filter(|&&node| !network.nodes[node].outputs.is_empty()) {
+        readers.extend(hub.open(network, node, incarnation)?.readers(|_| true)?);
     }
     Ok(readers)
 }

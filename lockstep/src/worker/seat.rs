@@ -1,12 +1,11 @@
-//! A worker's part in one phase: what it fetches, whom it runs, what it publishes.
+//! A worker's part in one phase: what it fetches, whose turn it is, what it publishes.
 
 use std::collections::BTreeMap;
 
-use super::panics;
 use crate::board::{self, ChannelReader, ChannelWriter, Hub, ServiceError};
-use crate::execute::{Member, stamp};
+use crate::execute::{Place, stamp};
 use crate::page::{FaultKind, Page, Report};
-use crate::{ChannelId, Participant, Plan, Status, Step, Store, Timing};
+use crate::{ChannelId, Plan, Status, Step, Store, Timing};
 
 /// What a worker does in one phase.
 pub(super) struct Seat {
@@ -14,7 +13,8 @@ pub(super) struct Seat {
     /// Its number among the workers of the phase.
     pub(super) position: usize,
     fetches: Vec<Fetch>,
-    members: Vec<Seated>,
+    /// Its nodes in order of execution.
+    pub(super) members: Vec<Seated>,
 }
 
 /// A channel that another process writes.
@@ -26,36 +26,28 @@ struct Fetch {
 }
 
 /// A node with its place to publish.
-struct Seated {
-    part: Part,
+pub(super) struct Seated {
+    pub(super) place: Place,
+    /// Its number among the nodes of the worker as the plan lists them.
+    pub(super) number: usize,
     writers: Vec<ChannelWriter>,
 }
 
-/// Who plays a node.
-enum Part {
-    /// Its participant.
-    Played(Member),
-    /// Nobody: its last samples stand.
-    Held(Vec<ChannelId>),
-}
-
-/// The seats of a worker, in order of phases, with all channels open, for its process number `incarnation`. `None` in the
-/// place of a participant: its last samples are held.
+/// The seats of a worker, in order of phases, with all channels open for its process number `incarnation`.
 pub(super) fn take(
     plan: &Plan,
     worker: usize,
     incarnation: u32,
-    (hub, page): (&Hub, &Page),
-    participants: Vec<Option<Box<dyn Participant>>>,
+    hub: &Hub,
+    page: &Page,
 ) -> Result<Vec<Seat>, ServiceError> {
     let network = &plan.network;
-    let mut hosted: Vec<(usize, Option<Box<dyn Participant>>)> =
-        plan.workers[worker].nodes.iter().copied().zip(participants).collect();
+    let mut hosted: Vec<(usize, usize)> = plan.workers[worker].nodes.iter().copied().enumerate().collect();
     // The order of execution is that of the network, not that in which a worker lists its nodes.
-    hosted.sort_by_key(|&(node, _)| (plan.phases[node], node));
-    let order: Vec<usize> = hosted.iter().map(|&(node, _)| node).collect();
+    hosted.sort_by_key(|&(_, node)| (plan.phases[node], node));
+    let order: Vec<usize> = hosted.iter().map(|&(_, node)| node).collect();
     let mut seats: Vec<Seat> = Vec::new();
-    for (node, participant) in hosted {
+    for (number, node) in hosted {
         let phase = plan.phases[node];
         if seats.last().is_none_or(|seat| seat.phase != phase) {
             let position = plan.members(phase).iter().position(|&member| member == worker).unwrap_or(0);
@@ -63,12 +55,8 @@ pub(super) fn take(
         }
         let writes = !network.nodes[node].outputs.is_empty();
         let writers = if writes { hub.open(network, node, incarnation)?.writers()? } else { Vec::new() };
-        let part = match participant {
-            Some(participant) => Part::Played(Member::new(network, node, participant)),
-            None => Part::Held(network.nodes[node].outputs.clone()),
-        };
         if let Some(seat) = seats.last_mut() {
-            seat.members.push(Seated { part, writers });
+            seat.members.push(Seated { place: Place::new(network, node), number, writers });
         }
     }
     let wanted = wanted_channels(plan, &order);
@@ -109,13 +97,10 @@ fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing,
 }
 
 impl Seat {
-    /// Fetches, runs and publishes.
-    pub(super) fn run(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
-        self.fetch(plan, store, step)?;
-        self.compute(plan, store, step)
-    }
-
-    /// Fetches what the nodes read.
+    /// Fetches what the nodes of the seat read from other processes.
+    ///
+    /// # Errors
+    /// A sample that is not the one that was due.
     pub(super) fn fetch(&self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         for fetch in &self.fetches {
             let sample = match fetch.timing {
@@ -130,39 +115,6 @@ impl Seat {
         }
         Ok(())
     }
-
-    /// Runs the nodes on what is in the store, and publishes.
-    pub(super) fn compute(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
-        let stamp = stamp(step, plan.period_ns);
-        for seated in &mut self.members {
-            match &mut seated.part {
-                Part::Played(member) => panics::catch(|| member.run(&plan.network, store, step, &stamp))
-                    .and_then(|result| result.map_err(|fault| fault.0))
-                    .map_err(|message| fault(member.node, step, message))?,
-                Part::Held(outputs) => {
-                    outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Stale));
-                }
-            }
-            seated.publish(store, step.index);
-        }
-        Ok(())
-    }
-
-    /// Publishes what is in the store.
-    pub(super) fn publish(&mut self, store: &Store, step: u64) {
-        self.members.iter_mut().for_each(|seated| seated.publish(store, step));
-    }
-
-    /// The channels that it writes.
-    pub(super) fn outputs(&self) -> impl Iterator<Item = ChannelId> {
-        self.members.iter().flat_map(|seated| seated.writers.iter().map(ChannelWriter::channel))
-    }
-}
-
-impl Seated {
-    fn publish(&mut self, store: &Store, step: u64) {
-        self.writers.iter_mut().for_each(|writer| writer.publish(store, step));
-    }
 }
 
 /// Opens what the seats read from workers that were replaced.
@@ -171,7 +123,37 @@ pub(super) fn follow(hub: &Hub, page: &Page, plan: &Plan, seats: &mut [Seat]) ->
     board::follow(hub, page, plan, readers)
 }
 
+impl Seated {
+    /// The channels that it writes.
+    pub(super) fn outputs(&self) -> impl Iterator<Item = ChannelId> {
+        self.writers.iter().map(ChannelWriter::channel)
+    }
+
+    /// Lets the last samples stand for `step` too, since nobody computes any more.
+    pub(super) fn hold(&self, store: &mut Store, step: &Step) {
+        self.outputs().for_each(|output| store.hold(output, step.index, Status::Stale));
+    }
+
+    /// Publishes what stands in the store for `step`.
+    pub(super) fn publish(&mut self, store: &Store, step: &Step) {
+        self.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
+    }
+
+    /// Checks, stamps and publishes what was computed at `step`.
+    ///
+    /// # Errors
+    /// If an output is not a finite number.
+    pub(super) fn finish(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
+        let stamp = stamp(step, plan.period_ns);
+        let finished = self.place.finish(&plan.network, store, step, &stamp);
+        finished.map_err(|wrong| fault(self.place.node, step, wrong.0))?;
+        self.publish(store, step);
+        Ok(())
+    }
+}
+
+/// The report of a node that cannot go on.
 #[cold]
-fn fault(node: usize, step: &Step, message: String) -> Report {
+pub(super) fn fault(node: usize, step: &Step, message: String) -> Report {
     Report { kind: FaultKind::Fault, node, step: step.index, message }
 }

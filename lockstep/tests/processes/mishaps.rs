@@ -101,6 +101,13 @@ fn a_fault_is_told_as_it_was_said() {
 }
 
 #[test]
+fn a_step_that_is_asked_for_too_early_is_a_fault() {
+    let error = error_after("hasty", settings(), "hasty:77", |_| {});
+    let expected = "controller_3 at step 77: the next step was asked for before this one was done";
+    assert_eq!(error.to_string(), expected);
+}
+
+#[test]
 fn a_panic_is_a_fault() {
     let error = error_after("panic", settings(), "panic:10:77", |_| {});
     let RunError::Fault { node, step, message } = error else { panic!("{error}") };

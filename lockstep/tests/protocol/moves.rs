@@ -116,7 +116,8 @@ impl State {
                 let claim = &mut self.claims[usize::from(target)];
                 if claim.0 == before || flaw(Flaw::OpenTwice) {
                     *claim = (step + 1, index as u8);
-                    actor.at = if target == finish { At::Completed(step, after) } else { At::ClearMask(target, step, after) };
+                    actor.at =
+                        if target == finish { At::Completed(step, after) } else { At::ClearMask(target, step, after) };
                 } else {
                     Self::after(run, &mut actor, after);
                 }
@@ -254,7 +255,9 @@ impl State {
             }
             At::RepairStillOpen(phase, step) if is_open(phase, step) => At::RepairMask(phase, step),
             At::RepairStillOpen(..) => At::Resume,
-            At::RepairMask(phase, step) if self.masks[usize::from(phase)] == (1 << run.sizes[usize::from(phase)]) - 1 => {
+            At::RepairMask(phase, step)
+                if self.masks[usize::from(phase)] == (1 << run.sizes[usize::from(phase)]) - 1 =>
+            {
                 let target = phase + 1;
                 match run.flaw {
                     Some(Flaw::RepairUnclaimed) if usize::from(target) < finish => {
@@ -266,10 +269,14 @@ impl State {
             At::RepairMask(..) => At::Resume,
             At::RepairFinish(step) if left_by_the_dead(finish, step) => At::RepairCompleted(step),
             At::RepairFinish(_) => At::Resume,
-            At::RepairCompleted(step) if self.completed == step => At::Completed(step, After::Behind(finish as u8 - 1, step)),
+            At::RepairCompleted(step) if self.completed == step => {
+                At::Completed(step, After::Behind(finish as u8 - 1, step))
+            }
             At::RepairCompleted(_) => At::Resume,
             At::Resume => At::ResumeGate(self.completed),
-            At::ResumeGate(step) if dead == workers || !is_open(place(run, dead).0 as u8, step) => At::ResumeAgain(step, 0),
+            At::ResumeGate(step) if dead == workers || !is_open(place(run, dead).0 as u8, step) => {
+                At::ResumeAgain(step, 0)
+            }
             At::ResumeGate(step) => At::ResumeMask(step),
             At::ResumeMask(step) => {
                 let (phase, bit) = place(run, dead);
