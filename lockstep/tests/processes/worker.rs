@@ -142,6 +142,8 @@ impl Participant for Unlucky {
         }
         match self.mishap.as_str() {
             "nan" => io.slice_mut(Slice::new(0, 0, chain::WIDTH))[5] = f64::NAN,
+            // Another number in every process.
+            "drift" => io.slice_mut(Slice::new(0, 0, chain::WIDTH))[0] = std::process::id().into(),
             "fault" => return Err(Fault("the reference is out of reach".into())),
             "panic" => panic!("an index of {} is out of range", 17),
             "exit" => {
