@@ -128,6 +128,13 @@ pub(crate) struct RunArgs {
     /// --swap "observer.2=python3 my_observer.py"; may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]
     pub(crate) swap: Vec<String>,
+    /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
+    /// last sample stands, marked as stale); for all, or as NODE=POLICY such as controller.3=restart; may be repeated
+    #[arg(long, value_name = "[NODE=]POLICY")]
+    pub(crate) on_failure: Vec<String>,
+    /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub(crate) deadline: Option<f64>,
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,

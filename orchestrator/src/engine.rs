@@ -1,8 +1,10 @@
 //! The two ways to run a scenario: in this process, or in one process per participant.
 
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
+use formation::scenario::FailurePolicy;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
     Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
@@ -25,6 +27,8 @@ pub struct Staging {
     pub placement: Placement,
     /// Participants that are programs of the user.
     pub swaps: Vec<Swap>,
+    /// What is done when a participant fails.
+    pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
     /// How many of its last runs every process keeps for a trace.
@@ -46,8 +50,44 @@ pub enum Engine {
         conductor: Box<Conductor>,
         /// Where they run.
         home: Home,
+        /// Who plays the participants.
+        cast: Cast,
     },
 }
+
+/// Which program plays which participant.
+pub struct Cast {
+    /// This program.
+    program: PathBuf,
+    swaps: Vec<Swap>,
+    stress: Option<Stress>,
+    /// The core that all start on.
+    pub core: Option<usize>,
+}
+
+impl Cast {
+    /// The command of the worker of this name.
+    pub fn command(&self, worker: &str) -> Command {
+        let mut command = match self.swaps.iter().find(|swap| swap.node == worker) {
+            Some(swap) => swap.command(),
+            None => self.own_program(),
+        };
+        if let Some(stress) = &self.stress {
+            stress.disturb(&mut command);
+        }
+        command
+    }
+
+    /// This program as a participant.
+    pub fn own_program(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.arg("participant");
+        command
+    }
+}
+
+/// How often every process may be swapped while the run goes on, besides its restarts.
+const SWAPS: u32 = 8;
 
 impl Engine {
     /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
@@ -94,22 +134,17 @@ impl Engine {
         std::fs::write(&path, assembly.scenario.to_toml())
             .map_err(Failure::system(format!("write {}", path.display())))?;
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
-        let mut conductor = Conductor::new(directory, plan, Settings::default())?;
+        let settings = Settings {
+            deadline: Duration::from_secs_f64(staging.on_failure.deadline),
+            replacements: staging.on_failure.restarts + SWAPS,
+            ..Settings::default()
+        };
+        let cast = Cast { program, swaps: staging.swaps.clone(), stress: staging.stress, core: home.core };
+        let mut conductor = Conductor::new(directory, plan, settings)?;
         stop.attach(conductor.interrupt());
         for worker in 0..count {
-            let name = &conductor.plan().workers[worker].name;
-            let mut command = match staging.swaps.iter().find(|swap| swap.node == *name) {
-                Some(swap) => swap.command(),
-                None => {
-                    let mut command = Command::new(&program);
-                    command.arg("participant");
-                    command
-                }
-            };
-            if let Some(stress) = &staging.stress {
-                stress.disturb(&mut command);
-            }
-            let pid = conductor.spawn(worker, command, home.core)?;
+            let command = cast.command(&conductor.plan().workers[worker].name);
+            let pid = conductor.spawn(worker, command, cast.core)?;
             if let Some(stress) = &staging.stress {
                 stress.set_priority(worker, pid);
             }
@@ -118,7 +153,7 @@ impl Engine {
         if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
-        Ok(Self::Processes { conductor: Box::new(conductor), home })
+        Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
     }
 
     /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
@@ -157,6 +192,47 @@ impl Engine {
             }),
             Engine::Processes { conductor, .. } => conductor.step(),
         }
+    }
+
+    /// The workers that have failed; none if nobody could take their places.
+    pub(crate) fn casualties(&self, error: &RunError) -> Vec<usize> {
+        match self {
+            Engine::Local { .. } => Vec::new(),
+            Engine::Processes { conductor, .. } => conductor.casualties(error),
+        }
+    }
+
+    /// The names of the participants that a worker hosts.
+    pub(crate) fn hosted(&self, worker: usize) -> impl Iterator<Item = &str> {
+        let plan = match self {
+            Engine::Local { .. } => None,
+            Engine::Processes { conductor, .. } => Some(conductor.plan()),
+        };
+        plan.into_iter()
+            .flat_map(move |plan| plan.workers[worker].nodes.iter().map(|&node| plan.network.nodes[node].name.as_str()))
+    }
+
+    /// The name of a worker.
+    pub(crate) fn worker_name(&self, worker: usize) -> String {
+        match self {
+            Engine::Local { .. } => String::new(),
+            Engine::Processes { conductor, .. } => conductor.plan().workers[worker].name.clone(),
+        }
+    }
+
+    /// From now on this program plays its participant. Returns the worker that it is to replace; `None` if the participant
+    /// shares its process with others.
+    pub(crate) fn take_on(&mut self, swap: Swap) -> Option<usize> {
+        let Engine::Processes { conductor, cast, .. } = self else { return None };
+        let worker = conductor.plan().workers.iter().position(|worker| worker.name == swap.node)?;
+        cast.swaps.retain(|other| other.node != swap.node);
+        cast.swaps.push(swap);
+        Some(worker)
+    }
+
+    /// How many steps are done.
+    pub(crate) fn steps_done(&self) -> u64 {
+        self.gauge().read().completed
     }
 
     /// The samples of the step that ran last.

@@ -16,6 +16,7 @@ pub mod pinning;
 pub mod placement;
 pub mod profile;
 mod progress;
+mod recovery;
 pub mod report;
 pub mod run;
 pub mod stress;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store};
 
@@ -15,8 +16,12 @@ use crate::pinning::{Home, MEASURED_STEPS, Pin};
 use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
+use crate::recovery::Recovery;
 use crate::stress::Stress;
 use crate::swap::Swap;
+
+/// Why a participant of a run that goes on keeps its program.
+const NOT_SWAPPED: &str = "it shares its process with others, or the run is not recorded: nothing was changed";
 
 /// How a run is carried out. None of it changes a bit of the log.
 #[derive(Clone, Debug)]
@@ -35,6 +40,8 @@ pub struct Options {
     pub pace: Option<f64>,
     /// Where a trace of the last steps goes; `None`: nothing is traced.
     pub trace: Option<PathBuf>,
+    /// What is done when a participant fails.
+    pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
 }
@@ -43,13 +50,15 @@ impl Options {
     /// As fast as possible, without a word, recorded into `log` if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
-        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None }
+        let on_failure = FailurePolicy::default();
+        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, on_failure, stress: None }
     }
 
     fn staging(&self) -> Staging {
         Staging {
             placement: self.placement,
             swaps: self.swaps.clone(),
+            on_failure: self.on_failure.clone(),
             stress: self.stress,
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
         }
@@ -77,6 +86,8 @@ pub struct Outcome {
     pub pacing: Option<Pacing>,
     /// How the cores were chosen, if they were.
     pub cores: Option<String>,
+    /// Participants that others took the place of, in words.
+    pub replaced: Vec<String>,
 }
 
 impl Outcome {
@@ -99,6 +110,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         Some(path) => Some(create_log(path, assembly)?),
         None => None,
     };
+    let mut recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
@@ -119,14 +131,45 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let mut stopped = None;
     let mut failure = None;
     for step in 0..=timing.periods() {
-        let waited = stop.await_turn(step);
+        let mut waited = stop.await_turn(step);
+        while let Some(request) = stop.next_swap() {
+            let result = match (&mut recovery, &recorder) {
+                (Some(recovery), Some(recorder)) => recovery.swap(&mut engine, recorder, request.swap.clone()),
+                _ => Ok(None),
+            };
+            waited = true;
+            match result {
+                Ok(from) => request.answer(from.ok_or_else(|| NOT_SWAPPED.to_string())),
+                Err(error) => {
+                    request.answer(Err(error.to_string()));
+                    stopped = Some(error);
+                }
+            }
+            stop.await_turn(step);
+        }
+        if stopped.is_some() {
+            break;
+        }
         if let Some(pace) = &mut pace {
             if waited || step == 0 {
                 pace.restart(step);
             }
             pace.wait(step, &stop);
         }
-        let result = if stop.is_requested() { Err(RunError::Interrupted { step }) } else { engine.step() };
+        let mut result = if stop.is_requested() { Err(RunError::Interrupted { step }) } else { engine.step() };
+        while let (Err(error), Some(recovery), Some(recorder)) = (&mut result, &mut recovery, &recorder) {
+            let error = std::mem::replace(error, RunError::Over { steps: step });
+            result = match recovery.mend(&mut engine, recorder, error) {
+                Ok(()) => engine.step(),
+                Err(error) => {
+                    stopped = Some(error);
+                    break;
+                }
+            };
+        }
+        if stopped.is_some() {
+            break;
+        }
         if let Err(error) = result {
             stopped = Some(error);
             break;
@@ -134,6 +177,12 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         if let Some(recorder) = &mut recorder
             && let Err(error) =
                 recorder.record(step, engine.store(), |channel| header(assembly, engine.store(), channel, step))
+        {
+            failure = Some(error.into());
+            break;
+        }
+        if let (Some(recovery), Some(recorder)) = (&mut recovery, &mut recorder)
+            && let Err(error) = recovery.note(&assembly.network, engine.store(), step, timing.period_ns(), recorder)
         {
             failure = Some(error.into());
             break;
@@ -165,7 +214,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
     let pacing = pace.map(Pace::finish);
-    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen })
+    let replaced = recovery.map(Recovery::into_told).unwrap_or_default();
+    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen, replaced })
 }
 
 /// Listens for `phalanx ctl` and `phalanx top`; a run that nobody can control is better than none.
@@ -179,6 +229,7 @@ fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
         dt: timing.dt,
         periods: timing.periods(),
         processes: engine.process_count(),
+        participants: assembly.network.nodes.iter().map(|node| node.name.clone()).collect(),
     };
     Server::start(directory.path(), about, stop.clone(), engine.gauge()).ok()
 }

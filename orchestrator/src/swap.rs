@@ -1,5 +1,6 @@
 //! Programs of the user in the place of participants.
 
+use std::fmt::{self, Display, Formatter};
 use std::process::Command;
 
 use formation::config::nearest;
@@ -43,6 +44,12 @@ impl Swap {
         let mut command = Command::new(&self.words[0]);
         command.args(&self.words[1..]);
         command
+    }
+}
+
+impl Display for Swap {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.words.join(" "))
     }
 }
 

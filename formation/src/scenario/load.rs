@@ -7,7 +7,7 @@ use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
 use super::wishes::{read_edges, read_groups};
-use super::{Context, Expectation};
+use super::{Context, Expectation, FailurePolicy};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
 
@@ -41,6 +41,8 @@ pub struct Scenario {
     pub plant_per_agent: bool,
     /// Participants that share a process, by process; empty if the scenario does not say.
     pub groups: Vec<Vec<String>>,
+    /// What is to be done when a participant fails.
+    pub on_failure: FailurePolicy,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
     /// Which set of metrics applies; empty if none.
@@ -67,6 +69,7 @@ const SECTIONS: &[&str] = &[
     "obstacles",
     "edges",
     "placement",
+    "on_failure",
     "plant",
     "planner",
     "observer",
@@ -155,6 +158,7 @@ impl Scenario {
             context: Context::read(&root, problems)?,
             plant_per_agent,
             groups,
+            on_failure: FailurePolicy::read(&root, problems),
             edges,
             metrics,
             expectations,
@@ -180,11 +184,13 @@ impl Scenario {
         self.root.to_toml()
     }
 
-    /// The same without `[placement]`, which changes no bit of the result and does not belong into a log.
+    /// The same without `[placement]` and `[on_failure]`, which say how it is carried out and not what comes out: they do not
+    /// belong into a log.
     pub fn to_record(&self) -> String {
         let mut root = self.root.clone();
         if let Some(table) = root.as_table_mut() {
             table.remove("placement");
+            table.remove("on_failure");
         }
         root.to_toml()
     }

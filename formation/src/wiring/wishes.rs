@@ -1,4 +1,4 @@
-//! What a scenario says about single participants by name: `[edges]` and `[placement]`.
+//! What a scenario says about single participants by name: `[edges]`, `[placement]` and `[on_failure]`.
 
 use lockstep::{Network, Timing};
 
@@ -64,6 +64,14 @@ pub(super) fn check_groups(scenario: &Scenario, network: &Network) -> Result<(),
         }
         seen.push(name);
     }
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Whether every participant or role that `[on_failure]` names is there.
+pub(super) fn check_failure_policy(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
+    let names: Vec<String> = network.nodes.iter().map(|node| node.name.clone()).collect();
+    let unmatched = scenario.on_failure.participants.iter().filter_map(|(name, _)| matching(name, &names).err());
+    let problems: Vec<Problem> = unmatched.map(|message| scenario.problem("on_failure", message)).collect();
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 

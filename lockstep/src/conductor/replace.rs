@@ -21,8 +21,7 @@ const PIECE: usize = 1 << 16;
 
 /// The samples of the steps that are done.
 pub trait History {
-    /// Gives every step of `steps` in order to `visit`, with a store that holds its samples and, as their neighbours, those of
-    /// the step before.
+    /// Gives every step of `steps` in order to `visit`, with a store that holds its samples.
     ///
     /// # Errors
     /// What `visit` returns, or that a step is not there.
@@ -34,8 +33,8 @@ impl Conductor {
     ///
     /// To be called between two calls of [`step`](Self::step), also after one that failed if the worker is one of the
     /// [`casualties`](Self::casualties). The new process is given the samples of the steps that are done and goes through
-    /// them as `comeback` says; the others wait for it. After this, the run goes on as if nothing had happened. Returns its
-    /// pid, or `None` if nothing was left to be done for the worker.
+    /// them as `comeback` says; the others wait for it. After this, the run goes on as if nothing had happened. Returns
+    /// the first step that it runs for the others to see, or `None` if nothing was left to be done for the worker.
     ///
     /// # Errors
     /// [`RunError`] if nobody could take the place; it may be tried again with another command.
@@ -49,7 +48,7 @@ impl Conductor {
         cpu: Option<usize>,
         comeback: Comeback,
         history: &mut dyn History,
-    ) -> Result<Option<u32>, RunError> {
+    ) -> Result<Option<u64>, RunError> {
         let is_broken = self.failed;
         self.failed = true;
         let incarnation = self.crew.spawned(worker);
@@ -76,12 +75,12 @@ impl Conductor {
         let first = if comeback == Comeback::Hold { recorded - 1 } else { 0 };
         let orders = Orders { comeback, incarnation, first, recorded, step, place, feed: feed.as_raw_fd() };
         self.crew.alarm.forget_death(worker);
-        let pid = self.crew.spawn(worker, command, cpu, self.directory.path(), Some(orders))?;
+        self.crew.spawn(worker, command, cpu, self.directory.path(), Some(orders))?;
         drop(feed);
         self.feed(worker, first..recorded, output, history)?;
         self.await_return(worker)?;
         self.failed = false;
-        Ok(Some(pid))
+        Ok(Some(step))
     }
 
     /// Whether `worker` was replaced as often as it may be.

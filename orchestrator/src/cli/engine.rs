@@ -59,6 +59,16 @@ pub(crate) enum CtlCommand {
         #[command(flatten)]
         run: RunName,
     },
+    /// Let a program of your own play a participant from the next step on: `ctl swap controller.3=./my_controller`
+    ///
+    /// The program is given all steps so far, and takes over when it has caught up. The log marks the step.
+    Swap {
+        /// Which participant, and the command that starts the program
+        #[arg(value_name = "NODE=COMMAND")]
+        swap: String,
+        #[command(flatten)]
+        run: RunName,
+    },
     /// End the run in order; its log stays readable up to there
     Stop {
         #[command(flatten)]

@@ -12,6 +12,7 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
         CtlCommand::Resume { run } => (run, "resume".into()),
         CtlCommand::Step { steps, run } => (run, format!("step {steps}")),
         CtlCommand::Stop { run } => (run, "stop".into()),
+        CtlCommand::Swap { swap, run } => (run, format!("swap {}", from_here(swap))),
         CtlCommand::Status { run } => (run, "status".into()),
     };
     let run = choose(run.name.as_deref())?;
@@ -19,9 +20,22 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
     if args.json {
         println!("{status}");
     } else {
+        if let Some(step) = status["swapped_at"].as_u64() {
+            println!("the program plays from step {step} on");
+        }
         println!("{}", sentence(&status));
     }
     Ok(())
+}
+
+/// The swap with the path of its program as the run finds it, which may have been started in another folder.
+fn from_here(swap: &str) -> String {
+    let Some((node, command)) = swap.split_once('=') else { return swap.into() };
+    let (program, arguments) = command.split_once(' ').map_or((command, ""), |(program, rest)| (program, rest));
+    match std::fs::canonicalize(program) {
+        Ok(path) if program.contains('/') => format!("{node}='{}' {arguments}", path.display()),
+        _ => swap.into(),
+    }
 }
 
 /// How far a run is, in one line.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use formation::scenario::{FailurePolicy, OnFailure};
 use formation::wiring::Assembly;
 use lockstep::RunError;
 use serde_json::{Value, json};
@@ -36,6 +37,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         log: log.clone(),
         pace: args.realtime,
         trace,
+        on_failure: failure_policy(args, &assembly)?,
         stress: None,
     };
     if !args.quiet {
@@ -87,6 +89,37 @@ fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> R
     }
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     texts.iter().map(|text| Swap::parse(text, &names).map_err(Failure::Usage)).collect()
+}
+
+/// The scenario's, changed by the command line.
+fn failure_policy(args: &RunArgs, assembly: &Assembly) -> Result<FailurePolicy, Failure> {
+    let mut policy = assembly.scenario.on_failure.clone();
+    for text in &args.on_failure {
+        let (name, word) = text.split_once('=').map_or((None, text.as_str()), |(name, word)| (Some(name), word));
+        let expected = "expected abort, restart or hold, or NODE= and one of these";
+        let what = OnFailure::named(word.trim());
+        let what = what.ok_or_else(|| Failure::Usage(format!("--on-failure {text}: {expected}")))?;
+        match name.map(|name| name.trim().replace('.', "_")) {
+            None => (policy.others, policy.participants) = (what, Vec::new()),
+            Some(name) => {
+                let nodes = &assembly.network.nodes;
+                let is_meant = |node: &str| node == name || node.split('_').next() == Some(&name);
+                if !nodes.iter().any(|node| is_meant(&node.name)) {
+                    let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+                    let list = names.join(", ");
+                    let what = format!("--on-failure {text}: there is no such participant, expected one of {list}");
+                    return Err(Failure::Usage(what));
+                }
+                policy.participants.push((name, what));
+            }
+        }
+    }
+    policy.deadline = args.deadline.unwrap_or(policy.deadline);
+    if policy.replaces_anybody() && args.no_log {
+        let why = "--no-log leaves nothing to restart a participant from: record the run, or use --on-failure abort";
+        return Err(Failure::Usage(why.into()));
+    }
+    Ok(policy)
 }
 
 fn default_trace(assembly: &Assembly, log: Option<&Path>) -> PathBuf {
@@ -182,6 +215,7 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "log": outcome.log.as_ref().map(|log| log.path.display().to_string()),
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
         "metrics": verdict.map(Verdict::to_json),
+        "replaced": outcome.replaced,
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
         "ok": outcome.stopped.is_none() && verdict.is_none_or(Verdict::ok),
     })

@@ -7,7 +7,7 @@ use std::time::Duration;
 use lockstep::RunDirectory;
 use serde_json::Value;
 
-use crate::control::SOCKET;
+use crate::control::{SOCKET, SWAP_PATIENCE};
 use crate::failure::Failure;
 
 /// How long a run may take for its answer.
@@ -31,7 +31,8 @@ pub(super) fn tell(run: &str, line: &str) -> Result<Value, Failure> {
     let path = RunDirectory::path_of(run).join(SOCKET);
     let failed = || Failure::system(format!("talk to the run {run} at {}", path.display()));
     let mut stream = UnixStream::connect(&path).map_err(failed())?;
-    stream.set_read_timeout(Some(PATIENCE)).map_err(failed())?;
+    let patience = if line.starts_with("swap ") { SWAP_PATIENCE + PATIENCE } else { PATIENCE };
+    stream.set_read_timeout(Some(patience)).map_err(failed())?;
     stream.write_all(format!("{line}\n").as_bytes()).map_err(failed())?;
     let mut answer = String::new();
     BufReader::new(&stream).read_line(&mut answer).map_err(failed())?;

@@ -4,15 +4,19 @@ mod keys;
 mod pace;
 mod server;
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use lockstep::Interrupt;
 
+use crate::swap::Swap;
+
 pub(crate) use keys::Keys;
 pub(crate) use pace::Pace;
 pub use pace::Pacing;
-pub(crate) use server::{About, SOCKET, Server};
+pub(crate) use server::{About, SOCKET, SWAP_PATIENCE, Server};
 
 /// Ends, holds and steps a run from other threads.
 #[derive(Clone)]
@@ -29,6 +33,21 @@ struct Shared {
     step: AtomicU64,
     turn: Mutex<Turn>,
     changed: Condvar,
+    swaps: Mutex<VecDeque<SwapRequest>>,
+}
+
+/// Somebody wants a program of his own to play a participant from now on.
+pub(crate) struct SwapRequest {
+    pub(crate) swap: Swap,
+    answer: SyncSender<Result<u64, String>>,
+}
+
+impl SwapRequest {
+    /// Tells from which step on the program plays, or why it does not.
+    pub(crate) fn answer(&self, answer: Result<u64, String>) {
+        // Whoever asked may have gone.
+        let _ = self.answer.try_send(answer);
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,6 +55,8 @@ struct Turn {
     paused: bool,
     /// Steps that a paused run may still do.
     allowed: u64,
+    /// Whether there are requests for swaps.
+    swaps: bool,
 }
 
 impl Stop {
@@ -47,6 +68,7 @@ impl Stop {
             step: AtomicU64::new(0),
             turn: Mutex::new(Turn::default()),
             changed: Condvar::new(),
+            swaps: Mutex::new(VecDeque::new()),
         };
         Self { shared: Arc::new(shared) }
     }
@@ -76,17 +98,17 @@ impl Stop {
 
     /// Holds the run before its next step.
     pub fn pause(&self) {
-        self.change(|turn| *turn = Turn { paused: true, allowed: 0 });
+        self.change(|turn| (turn.paused, turn.allowed) = (true, 0));
     }
 
     /// Lets a paused run go on.
     pub fn resume(&self) {
-        self.change(|turn| *turn = Turn::default());
+        self.change(|turn| (turn.paused, turn.allowed) = (false, 0));
     }
 
     /// Lets the run do so many steps more and holds it then.
     pub fn advance(&self, steps: u64) {
-        self.change(|turn| *turn = Turn { paused: true, allowed: turn.allowed.saturating_add(steps) });
+        self.change(|turn| (turn.paused, turn.allowed) = (true, turn.allowed.saturating_add(steps)));
     }
 
     /// Whether the run is held.
@@ -110,11 +132,13 @@ impl Stop {
     fn take_turn(&self) -> bool {
         let mut turn = self.turn();
         let mut waited = false;
-        while turn.paused && turn.allowed == 0 && !self.is_requested() {
+        while turn.paused && turn.allowed == 0 && !turn.swaps && !self.is_requested() {
             waited = true;
             turn = self.shared.changed.wait(turn).unwrap_or_else(PoisonError::into_inner);
         }
-        turn.allowed = turn.allowed.saturating_sub(1);
+        if !turn.swaps {
+            turn.allowed = turn.allowed.saturating_sub(1);
+        }
         waited
     }
 
@@ -126,10 +150,32 @@ impl Stop {
         waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
+    /// Asks for a swap before the next step; the answer comes when it is done.
+    pub(crate) fn swap(&self, swap: Swap) -> Receiver<Result<u64, String>> {
+        let (answer, answered) = sync_channel(1);
+        self.swaps().push_back(SwapRequest { swap, answer });
+        self.change(|turn| turn.swaps = true);
+        answered
+    }
+
+    /// The swap that is to be done next, if there is any.
+    pub(crate) fn next_swap(&self) -> Option<SwapRequest> {
+        if !self.shared.attention.load(Ordering::Relaxed) {
+            return None;
+        }
+        let next = self.swaps().pop_front();
+        self.change(|turn| turn.swaps = !self.swaps().is_empty());
+        next
+    }
+
+    fn swaps(&self) -> MutexGuard<'_, VecDeque<SwapRequest>> {
+        self.shared.swaps.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn change(&self, change: impl FnOnce(&mut Turn)) {
         let mut turn = self.turn();
         change(&mut turn);
-        self.shared.attention.store(turn.paused, Ordering::SeqCst);
+        self.shared.attention.store(turn.paused || turn.swaps, Ordering::SeqCst);
         self.shared.changed.notify_all();
     }
 

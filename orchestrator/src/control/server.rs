@@ -14,11 +14,17 @@ use lockstep::Gauge;
 use serde_json::{Value, json};
 
 use super::Stop;
+use crate::swap::Swap;
 
 /// Its name in the run directory.
 pub(crate) const SOCKET: &str = "control.sock";
+/// Longest command, bytes.
+const LONGEST_LINE: u64 = 8192;
 /// How long a client may take for its line.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// How long a program may take to catch up with the run.
+pub(crate) const SWAP_PATIENCE: Duration = Duration::from_secs(60);
 
 /// What a status tells about the run besides its counters.
 #[derive(Clone, Debug)]
@@ -29,6 +35,8 @@ pub(crate) struct About {
     pub(crate) dt: f64,
     pub(crate) periods: u64,
     pub(crate) processes: usize,
+    /// Names of the participants.
+    pub(crate) participants: Vec<String>,
 }
 
 /// Serves the socket until it is dropped.
@@ -86,7 +94,10 @@ impl Desk {
         stream.set_read_timeout(Some(PATIENCE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
         let mut line = String::new();
-        BufReader::new(io::Read::take(&stream, 1000)).read_line(&mut line)?;
+        BufReader::new(io::Read::take(&stream, LONGEST_LINE)).read_line(&mut line)?;
+        if let Some(text) = line.trim().strip_prefix("swap ") {
+            return self.swap(&stream, text);
+        }
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
             ["pause"] => self.stop.pause(),
@@ -97,13 +108,35 @@ impl Desk {
                 Ok(steps) => self.stop.advance(steps),
                 Err(_) => return answer(&stream, &json!({"error": "expected a number of steps"})),
             },
-            _ => return answer(&stream, &json!({"error": "expected pause, resume, step N, stop or status"})),
+            _ => {
+                return answer(
+                    &stream,
+                    &json!({"error": "expected pause, resume, step N, swap NODE=COMMAND, stop or status"}),
+                );
+            }
         }
         answer(&stream, &self.status())
     }
 
+    fn swap(&self, stream: &UnixStream, text: &str) -> io::Result<()> {
+        let names: Vec<&str> = self.about.participants.iter().map(String::as_str).collect();
+        let swap = match Swap::parse(text, &names) {
+            Ok(swap) => swap,
+            Err(reason) => return answer(stream, &json!({ "error": reason })),
+        };
+        match self.stop.swap(swap).recv_timeout(SWAP_PATIENCE) {
+            Ok(Ok(step)) => {
+                let mut status = self.status();
+                status["swapped_at"] = step.into();
+                answer(stream, &status)
+            }
+            Ok(Err(reason)) => answer(stream, &json!({ "error": reason })),
+            Err(_) => answer(stream, &json!({ "error": "the run has not come to its next step yet" })),
+        }
+    }
+
     fn status(&self) -> Value {
-        let About { run, scenario, variant, dt, periods, processes } = &self.about;
+        let About { run, scenario, variant, dt, periods, processes, .. } = &self.about;
         let done = self.stop.steps_done();
         let snapshot = self.gauge.read();
         let workers: Vec<Value> = snapshot

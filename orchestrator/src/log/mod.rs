@@ -11,6 +11,7 @@ mod batch;
 mod compare;
 mod digest;
 mod error;
+mod past;
 mod reader;
 mod record;
 mod recorder;
@@ -22,7 +23,9 @@ mod walk;
 
 pub use compare::{Comparison, Difference, compare};
 pub use error::LogError;
+pub(crate) use past::play_log;
 pub use reader::{Log, LogChannel};
+pub(crate) use recorder::UNSETTLED;
 pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};
 pub use recover::{Recovered, recover};
 pub use series::Series;

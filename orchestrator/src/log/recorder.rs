@@ -24,6 +24,9 @@ const BATCH_BYTES: usize = 1 << 20;
 /// Batches that may wait for the writer thread before a step waits for it.
 const QUEUE_BATCHES: usize = 8;
 
+/// Steps that a settled log may lack: those of the open chunk, and those of the batch that is not sent yet.
+pub(crate) const UNSETTLED: u64 = DEFAULT_FLUSH_EVERY + BATCH_STEPS;
+
 /// What a log says about its run besides the samples.
 #[derive(Clone, Copy, Debug)]
 pub struct RunInfo<'a> {
@@ -47,6 +50,8 @@ pub struct ExtraChannel(u16);
 enum Job {
     Batch(Batch),
     Channel(Option<SchemaRecord>, ChannelRecord),
+    /// To be answered once all before it is written.
+    Settle(SyncSender<()>),
 }
 
 /// Records a run into an MCAP file.
@@ -179,6 +184,18 @@ impl Recorder {
         Ok(())
     }
 
+    /// Waits until the file holds all steps but the last [`UNSETTLED`].
+    ///
+    /// # Errors
+    /// [`LogError::Write`] if writing failed since the last call.
+    pub(crate) fn settle(&self) -> Result<(), LogError> {
+        let (answer, settled) = sync_channel(1);
+        self.send(Job::Settle(answer))?;
+        // The thread that does not answer has failed, which is told here.
+        let _ = settled.recv();
+        self.check()
+    }
+
     /// Writes the rest and closes the file.
     ///
     /// # Errors
@@ -263,6 +280,8 @@ impl<W: Write> Writing<W> {
                     }
                     self.sink.channel(&channel)?;
                 }
+                // Whoever asked may have given up.
+                Job::Settle(answer) => drop(answer.send(())),
             }
         }
         Ok(())

@@ -1,0 +1,165 @@
+//! What becomes of a run when a participant fails, and of a participant whose place another program takes.
+//!
+//! What is done is said by the scenario ([`FailurePolicy`]); how it is done is the conductor's business
+//! ([`lockstep::Conductor::replace`]); what has happened so far comes from the log.
+
+mod event;
+mod tail;
+
+use std::path::PathBuf;
+
+use formation::scenario::{FailurePolicy, OnFailure};
+use lockstep::{Comeback, Network, RunError, Store};
+
+use crate::engine::Engine;
+use crate::log::{LogError, Recorder};
+use crate::swap::Swap;
+use event::Events;
+use tail::{Past, Tail};
+
+/// Replaces participants of one run.
+pub(crate) struct Recovery {
+    policy: FailurePolicy,
+    /// The log that is being written.
+    log: PathBuf,
+    tail: Tail,
+    /// How often each worker has failed.
+    failures: Vec<u32>,
+    events: Events,
+    /// What was done, in words.
+    told: Vec<String>,
+}
+
+impl Recovery {
+    /// For a run that writes the log `log`.
+    pub(crate) fn new(policy: FailurePolicy, log: PathBuf) -> Self {
+        let (failures, told) = (Vec::new(), Vec::new());
+        Self { policy, log, tail: Tail::new(), failures, events: Events::default(), told }
+    }
+
+    /// Keeps the samples of `step`, which was recorded, and records what has happened before it.
+    ///
+    /// # Errors
+    /// [`LogError`] if that cannot be written.
+    pub(crate) fn note(
+        &mut self,
+        network: &Network,
+        store: &Store,
+        step: u64,
+        period_ns: u64,
+        recorder: &mut Recorder,
+    ) -> Result<(), LogError> {
+        self.tail.note(network, store, step);
+        self.events.write(step, period_ns, recorder)
+    }
+
+    /// Puts others in the place of those who have failed, as their policies say.
+    ///
+    /// # Errors
+    /// The error that ends the run: `error` itself if a policy says so, or why nobody could take a place.
+    pub(crate) fn mend(&mut self, engine: &mut Engine, recorder: &Recorder, error: RunError) -> Result<(), RunError> {
+        let mut error = error;
+        loop {
+            let casualties = engine.casualties(&error);
+            let aborts = |&worker: &usize| self.policy_of(engine, worker) == OnFailure::Abort;
+            if casualties.is_empty() || casualties.iter().any(aborts) {
+                return Err(error);
+            }
+            let mut failed = None;
+            for worker in casualties {
+                if let Err(again) = self.relieve(engine, recorder, worker, &error) {
+                    failed = Some(again);
+                }
+            }
+            match failed {
+                Some(again) => error = again,
+                None => return Ok(()),
+            }
+        }
+    }
+
+    /// Puts a program of the user in the place of a participant; returns the first step that it runs.
+    ///
+    /// # Errors
+    /// The error that ends the run if the program cannot take the place: the one before it is gone.
+    pub(crate) fn swap(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        swap: Swap,
+    ) -> Result<Option<u64>, RunError> {
+        let (node, program) = (swap.node.clone(), swap.to_string());
+        let Some(worker) = engine.take_on(swap) else { return Ok(None) };
+        let from = self.replace(engine, recorder, worker, Comeback::Adopt)?;
+        if let Some(step) = from {
+            self.events.push(&node, format!("played by `{program}` from step {step} on"));
+            self.tell(format!("{node} is played by `{program}` from step {step} on"));
+        }
+        Ok(from)
+    }
+
+    /// What was done, in words.
+    pub(crate) fn into_told(self) -> Vec<String> {
+        self.told
+    }
+
+    /// The strictest policy of the participants that a worker hosts.
+    fn policy_of(&self, engine: &Engine, worker: usize) -> OnFailure {
+        let policies: Vec<OnFailure> = engine.hosted(worker).map(|node| self.policy.of(node)).collect();
+        let order = [OnFailure::Abort, OnFailure::Hold, OnFailure::Restart];
+        order.into_iter().find(|policy| policies.contains(policy)).unwrap_or_default()
+    }
+
+    fn relieve(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        worker: usize,
+        error: &RunError,
+    ) -> Result<(), RunError> {
+        self.failures.resize(self.failures.len().max(worker + 1), 0);
+        let count = self.failures[worker];
+        let name = engine.worker_name(worker);
+        if count >= self.policy.restarts {
+            let reason = format!("it was restarted {count} times already, and failed again: {error}");
+            return Err(RunError::NotReplaced { worker: name, step: engine.steps_done(), reason });
+        }
+        self.failures[worker] += 1;
+        let comeback = match self.policy_of(engine, worker) {
+            OnFailure::Hold => Comeback::Hold,
+            _ => Comeback::Recompute,
+        };
+        let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
+        let number = count + 1;
+        if comeback == Comeback::Hold {
+            for node in engine.hosted(worker) {
+                self.events.push(node, format!("failed; its last sample stands from step {step} on"));
+            }
+            self.tell(format!("{error}\n{name} is held: its last samples stand from step {step} on, marked as stale"));
+        } else {
+            let most = self.policy.restarts;
+            self.tell(format!("{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most})"));
+        }
+        Ok(())
+    }
+
+    fn replace(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        worker: usize,
+        comeback: Comeback,
+    ) -> Result<Option<u64>, RunError> {
+        let Engine::Processes { conductor, cast, .. } = engine else { return Ok(None) };
+        let network = conductor.plan().network.clone();
+        let mut past = Past { network: &network, tail: &self.tail, log: &self.log, recorder };
+        let name = &conductor.plan().workers[worker].name;
+        let command = if comeback == Comeback::Hold { cast.own_program() } else { cast.command(name) };
+        conductor.replace(worker, command, cast.core, comeback, &mut past)
+    }
+
+    fn tell(&mut self, text: String) {
+        eprintln!("{text}");
+        self.told.push(text);
+    }
+}
