@@ -17,8 +17,8 @@ use crate::placement::Placement;
 use crate::stress::Stress;
 use crate::swap::Swap;
 
-/// How long all processes together may take to connect.
-const START_TIMEOUT: Duration = Duration::from_secs(30);
+/// All processes together may take so many deadlines of a step to connect.
+const START_DEADLINES: u32 = 3;
 
 /// How participants become processes.
 #[derive(Clone, Debug)]
@@ -149,7 +149,7 @@ impl Engine {
                 stress.set_priority(worker, pid);
             }
         }
-        conductor.wait_ready(START_TIMEOUT)?;
+        conductor.wait_ready(settings.deadline * START_DEADLINES)?;
         if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
@@ -161,7 +161,7 @@ impl Engine {
     /// # Errors
     /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
     pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
-        let Self::Processes { conductor, home: Home { slot: Some(slot), .. } } = self else { return Ok(None) };
+        let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self else { return Ok(None) };
         let plan = conductor.plan();
         let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
         let figures = format!(

@@ -241,7 +241,7 @@ fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
     let scenario = &assembly.scenario;
     let text = scenario.to_record();
     // What changes no bit of the result stays out of the log, so that equal results are equal logs.
-    let matters = |text: &&String| !text.starts_with("placement");
+    let matters = |text: &&String| !text.starts_with("placement") && !text.starts_with("on_failure");
     let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
     let metadata = BTreeMap::from([
         ("scenario".to_string(), scenario.name.clone()),

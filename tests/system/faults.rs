@@ -79,3 +79,47 @@ fn a_scenario_that_diverges_names_who_and_when() {
     assert!(run.stderr().contains("plant at step 13: output /agent_3/state: position[3] is inf"), "{}", run.stderr());
     assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["complete"], true);
 }
+
+#[test]
+fn a_program_that_does_not_exist_is_named() {
+    let folder = Folder::new();
+    let run = folder.run(&["run", "uav", "-q", "--swap", "plant=./nobody", "--out", "cut.mcap"]);
+    assert_eq!(run.code(), 3);
+    assert!(run.stderr().contains("spawn plant (./nobody)"), "{}", run.stderr());
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_named() {
+    let folder = Folder::new();
+    let run = folder.run(&["run", "uav", "-q", "--out", "/proc/nowhere/cut.mcap"]);
+    assert!([4, 5].contains(&run.code()), "{}", run.stderr());
+    assert!(run.stderr().contains("/proc/nowhere"), "{}", run.stderr());
+}
+
+#[test]
+fn too_few_file_descriptors_end_the_start_and_leave_nothing() {
+    let folder = Folder::new();
+    for limit in [8, 16, 32] {
+        let program = format!("ulimit -n {limit}; exec {} run uav -q --out cut.mcap", env!("CARGO_BIN_EXE_phalanx"));
+        let run = std::process::Command::new("sh").args(["-c", &program]).current_dir(folder.path(".")).output();
+        let end = Finished(run.expect("a shell"));
+        assert!([2, 3, 4, 5].contains(&end.code()), "{limit}: {} {}", end.code(), end.stderr());
+        assert!(!end.stderr().contains("panicked") && end.stderr().contains("error: "), "{limit}: {}", end.stderr());
+    }
+    let next = folder.run(&["run", "uav", "--duration", "0.5", "-q", "--json", "--out", "next.mcap"]);
+    assert_eq!(next.json()["processes"], 15, "{}", next.stderr());
+}
+
+#[test]
+fn every_signal_that_asks_for_an_end_gets_one_in_order() {
+    for signal in [Signal::TERM, Signal::HUP] {
+        let folder = Folder::new();
+        let run = folder.start(&[&ENDLESS[..], &["cut.mcap"]].concat());
+        let log = folder.path("cut.mcap");
+        wait_until("the log grows", || std::fs::metadata(&log).is_ok_and(|file| file.len() > 100_000));
+        kill_process(process(run.id()), signal).expect("a running program");
+        let end = Finished(run.wait_with_output().expect("an end"));
+        assert_eq!(end.code(), 130, "{}", end.stderr());
+        assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["complete"], true);
+    }
+}

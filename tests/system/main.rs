@@ -3,7 +3,9 @@
 mod engine;
 mod faults;
 mod look;
+mod matrix;
 mod mistakes;
 mod program;
 mod readers;
+mod recovery;
 mod runs;

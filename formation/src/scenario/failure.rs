@@ -81,11 +81,11 @@ impl FailurePolicy {
                 "others" => policy.others = read(node, &path, problems).unwrap_or_default(),
                 "restarts" => match node.as_i64().and_then(|value| u32::try_from(value).ok()) {
                     Some(restarts) if restarts <= MOST_RESTARTS => policy.restarts = restarts,
-                    _ => problems.at(root, &path, format!("expected a whole number from 0 to {MOST_RESTARTS}")),
+                    _ => drop(problems.at(root, &path, format!("expected a whole number from 0 to {MOST_RESTARTS}"))),
                 },
                 "deadline" => match read::<f64>(node, &path, problems) {
                     Some(deadline) if deadline > 0.0 && deadline <= 86400.0 => policy.deadline = deadline,
-                    Some(_) => problems.at(root, &path, "expected a time above 0 and up to 86400 s"),
+                    Some(_) => drop(problems.at(root, &path, "expected a time above 0 and up to 86400 s")),
                     None => {}
                 },
                 _ => {

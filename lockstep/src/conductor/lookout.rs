@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Conductor, Death, RunError};
+use super::{Conductor, RunError};
 use crate::page::{FaultKind, Report};
 
 /// How long the others of a phase are given to report a fault, too, so that it does not depend on chance whose is told.
@@ -64,7 +64,7 @@ impl Conductor {
         for worker in alarm.dead() {
             let Some(death) = self.crew.death(worker) else { continue };
             // A worker that reports something ends then, but what it says is worth more than that it ended.
-            if alarm.page.report_count() == 0 && !self.may_end(worker, death, step) {
+            if alarm.page.report_count() == 0 && !self.may_end(worker, step) {
                 return Err(self.crew.died(worker, death, self.ready.then_some(step), phase));
             }
         }
@@ -86,7 +86,7 @@ impl Conductor {
             RunError::Deadline { phase, step, .. } => self.absent(*phase, *step).collect(),
             RunError::Died { .. } | RunError::Fault { .. } | RunError::Refused { .. } => {
                 let has_failed = |&worker: &usize| {
-                    let died = || self.crew.death(worker).is_some_and(|death| !self.may_end(worker, death, step));
+                    let died = || self.crew.death(worker).is_some() && !self.may_end(worker, step);
                     alarm.page.report(worker).is_some() || died()
                 };
                 (0..self.plan.workers.len()).filter(has_failed).collect()
@@ -95,11 +95,11 @@ impl Conductor {
         }
     }
 
-    /// A worker may end once it has done its part of the last step.
-    fn may_end(&self, worker: usize, death: Death, step: u64) -> bool {
+    /// A worker may end once it has done its part of the last step, in whatever way: everything of it is there.
+    fn may_end(&self, worker: usize, step: u64) -> bool {
         let has_done_all =
             || (0..self.plan.phase_count()).all(|phase| !self.absent(phase, step).any(|absent| absent == worker));
-        death == Death::Exit(0) && step + 1 == self.plan.steps && has_done_all()
+        step + 1 == self.plan.steps && has_done_all()
     }
 
     /// The error that a worker has reported. If there are several in a phase, that of the first node.
