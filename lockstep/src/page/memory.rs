@@ -29,6 +29,8 @@ pub(super) struct Head {
     pub(super) faults: AtomicU32,
     /// Where to look for changes; on a line of its own, because everybody reads it in every step.
     pub(super) changes: Changes,
+    /// Not 0: who waits hands its core on once before it sleeps.
+    pub(super) passing: AtomicU32,
     /// The pace of the run; on a line of its own, because every step writes here.
     pub(super) pace: Pace,
 }
