@@ -23,11 +23,10 @@ use std::sync::atomic::{
     AtomicU32,
     Ordering::{Relaxed, SeqCst},
 };
-use std::thread;
 use std::time::Duration;
 
 use rustix::event::Timespec;
-use rustix::thread::futex;
+use rustix::thread::{futex, sched_yield};
 
 use claim::CONDUCTOR;
 use memory::MESSAGE_BYTES;
@@ -189,7 +188,7 @@ impl Page {
                 return false;
             }
             if std::mem::take(&mut may_pass) {
-                thread::yield_now();
+                sched_yield();
                 continue;
             }
             // EAGAIN and EINTR mean: look again.
