@@ -128,6 +128,9 @@ pub(crate) struct RunArgs {
     /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
     #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
     pub(crate) profile: Option<Option<PathBuf>>,
+    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
+    #[arg(long)]
+    pub(crate) tap: bool,
     /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
     /// --swap "observer.2=python3 my_observer.py"; may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]

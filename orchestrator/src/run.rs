@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use formation::wiring::Assembly;
-use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store};
+use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store, Tap};
 
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
@@ -37,13 +37,15 @@ pub struct Options {
     pub trace: Option<PathBuf>,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// Whether every sample is published, too, for whoever looks on.
+    pub tap: bool,
 }
 
 impl Options {
     /// As fast as possible, without a word, recorded into `log` if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
-        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None }
+        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None, tap: false }
     }
 
     fn staging(&self) -> Staging {
@@ -109,7 +111,11 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if pace.is_some() {
         engine.run_step_by_step();
     }
-    if recorder.is_none() {
+    let tap = match options.tap {
+        true => Some(open_tap(assembly, &engine)?),
+        false => None,
+    };
+    if recorder.is_none() && tap.is_none() {
         engine.fetch_nothing();
     }
     let mut chosen = None;
@@ -138,6 +144,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
             failure = Some(error.into());
             break;
         }
+        if let Some(tap) = &tap {
+            tap.publish(engine.store(), step);
+        }
         done = step;
         progress.at(step);
         if step == MEASURED_STEPS {
@@ -152,7 +161,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     }
     let wall = start.elapsed().as_secs_f64();
     progress.finish();
-    drop((server, keys));
+    drop((server, keys, tap));
     let (processes, usage) = (engine.process_count(), engine.gauge().read());
     if let (Some(path), Engine::Processes { conductor, .. }) = (&options.trace, &engine) {
         let written = write_trace(path, &conductor.gauge(), conductor.plan());
@@ -181,6 +190,13 @@ fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
         processes: engine.process_count(),
     };
     Server::start(directory.path(), about, stop.clone(), engine.gauge()).ok()
+}
+
+/// Publishes what is recorded, for readers from outside.
+fn open_tap(assembly: &Assembly, engine: &Engine) -> Result<Tap, Failure> {
+    let nowhere = || Failure::Usage("--tap needs a run directory in /dev/shm, and there is none".into());
+    let directory = engine.directory().ok_or_else(nowhere)?;
+    Ok(Tap::start(directory, &assembly.network, engine.core()).map_err(RunError::from)?)
 }
 
 fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {

@@ -8,7 +8,9 @@ use super::ScenarioArgs;
 use crate::placement::Placement;
 
 #[derive(Debug, Args)]
-#[command(after_help = "SCENARIO may be a log, too: its scenario is run again, since a log holds no times, which differ from run to run.")]
+#[command(
+    after_help = "SCENARIO may be a log, too: its scenario is run again, since a log holds no times, which differ from run to run."
+)]
 pub(crate) struct ProfileArgs {
     #[command(flatten)]
     pub(crate) scenario: ScenarioArgs,

@@ -37,6 +37,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         pace: args.realtime,
         trace,
         stress: None,
+        tap: args.tap,
     };
     if !args.quiet {
         announce(&assembly, &options, log.as_deref());
