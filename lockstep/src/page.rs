@@ -16,6 +16,7 @@
 
 mod claim;
 mod memory;
+mod passing;
 mod repair;
 mod tally;
 
@@ -26,7 +27,7 @@ use std::sync::atomic::{
 use std::time::Duration;
 
 use rustix::event::Timespec;
-use rustix::thread::{futex, sched_yield};
+use rustix::thread::futex;
 
 use claim::CONDUCTOR;
 use memory::MESSAGE_BYTES;
@@ -100,11 +101,6 @@ impl Page {
         self.is_open(phase, step) && self.phase(phase).masks[position / 64].load(SeqCst) & 1 << (position % 64) != 0
     }
 
-    /// From now on, who waits hands its core on to the others once before it sleeps, or does not.
-    pub(crate) fn pass_cores_on(&self, passing: bool) {
-        self.head().passing.store(passing.into(), Relaxed);
-    }
-
     /// How often the bell has been rung.
     pub(crate) fn rings(&self) -> u32 {
         self.head().bell.load(SeqCst)
@@ -173,9 +169,7 @@ impl Page {
     pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64) -> bool {
         let gate = &self.phase(phase).gate;
         let wanted = released(step);
-        // Once and not more often: if the gate is still closed then, this worker stands in the wrong order among those of its
-        // core, and is put in the right one by being woken when it opens.
-        let mut may_pass = self.head().passing.load(Relaxed) != 0;
+        let mut may_pass = true;
         loop {
             let value = gate.load(SeqCst);
             if value & STOP != 0 {
@@ -187,8 +181,7 @@ impl Page {
             if self.is_dismissed(worker) {
                 return false;
             }
-            if std::mem::take(&mut may_pass) {
-                sched_yield();
+            if std::mem::take(&mut may_pass) && self.pass_core_on() {
                 continue;
             }
             // EAGAIN and EINTR mean: look again.

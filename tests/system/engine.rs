@@ -82,7 +82,7 @@ fn an_edge_can_be_delayed() {
 }
 
 /// The status of the run that this process is.
-fn status(folder: &Folder, run: &Child) -> Option<(String, Value)> {
+pub(crate) fn status(folder: &Folder, run: &Child) -> Option<(String, Value)> {
     let names = std::iter::once("uav".to_string()).chain((2..20).map(|number| format!("uav-{number}")));
     let ask = |name: String| {
         let answer = folder.run(&["ctl", "status", &name, "--json"]);

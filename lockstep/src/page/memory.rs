@@ -29,16 +29,17 @@ pub(super) struct Head {
     pub(super) faults: AtomicU32,
     /// Where to look for changes; on a line of its own, because everybody reads it in every step.
     pub(super) changes: Changes,
-    /// Not 0: who waits hands its core on once before it sleeps.
-    pub(super) passing: AtomicU32,
     /// The pace of the run; on a line of its own, because every step writes here.
     pub(super) pace: Pace,
 }
 
-/// How often a worker was replaced.
+/// What all look at in every step and few change.
 #[repr(C, align(128))]
 pub(super) struct Changes {
+    /// How often a worker was replaced.
     pub(super) count: AtomicU32,
+    /// Ticks within which who hands its core on must get it back; 0: nobody hands it on.
+    pub(super) passing: AtomicU64,
 }
 
 /// How far the run is and how far it may go, in numbers of steps.
