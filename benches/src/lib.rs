@@ -15,7 +15,7 @@ use std::env;
 use std::error::Error;
 use std::process::ExitCode;
 
-use measure::{Recording, Taken, processes, single};
+use measure::{Recording, Taken, processes, single, uav};
 use table::{Bound, Row, table};
 
 /// Rounds of every measurement, unless `ROUNDS` says otherwise.
@@ -23,6 +23,10 @@ pub const ROUNDS: u64 = 3;
 
 /// The whole program: measures and prints, or is one of the processes that are measured.
 pub fn main() -> ExitCode {
+    // A process of the drones is told so by an argument; all processes of runs have the variable.
+    if env::args().nth(1).as_deref() == Some("participant") {
+        return orchestrator::cli::main();
+    }
     if env::var_os("PHALANX_WORKER").is_some() {
         return lockstep::serve(|plan, nodes| {
             let agents = (plan.network.nodes.len() - 2) / 2;
@@ -40,12 +44,13 @@ pub fn main() -> ExitCode {
 }
 
 /// What is measured; all lines take turns.
-const LINES: [Line; 9] = [
+const LINES: [Line; 10] = [
     Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
     Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
     Line("6 agents, recording", |core, steps| processes(6, steps, core, Recording::On)),
     Line("single", |core, steps| on_core(core, move || step(single(steps * 20, Recording::Off)?))),
     Line("single, recording", |_, steps| step(single(steps * 20, Recording::On)?)),
+    Line("uav, recording", |_, steps| step(uav(steps)?)),
     Line("yardstick of 50 agents", |core, steps| yardstick(50, core, steps / 10)),
     Line("50 agents, recording", |core, steps| processes(50, steps / 10, core, Recording::On)),
     Line("yardstick of 100 agents", |core, steps| yardstick(100, core, steps / 20)),
@@ -112,6 +117,7 @@ fn rows(figures: &Figures) -> Vec<Row> {
     row("chain14, 15 processes, recording", on, None, Bound::Rate(20_000.0));
     row("chain14, single", "single", None, Bound::Rate(1_000_000.0));
     row("chain14, single, recording", "single, recording", None, Bound::Rate(150_000.0));
+    row("uav at 1 ms, 15 processes, recording", "uav, recording", None, Bound::Rate(15_000.0));
     let grown = |line, agents| {
         let per_process = figures.step(line)? / chain::nodes(agents) as f64;
         Some(Bound::Growth(per_process / (figures.step(on)? / chain::NODES as f64), 1.3))

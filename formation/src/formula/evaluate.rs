@@ -65,9 +65,9 @@ impl Formula {
 
     /// Whether the formula reads the slot of this index.
     pub fn uses_slot(&self, slot: usize) -> bool {
-        self.code.iter().any(|operation| {
-            matches!(operation, Operation::Slot(used) | Operation::BinarySlot(_, used) if *used == slot)
-        })
+        self.code.iter().any(
+            |operation| matches!(operation, Operation::Slot(used) | Operation::BinarySlot(_, used) if *used == slot),
+        )
     }
 
     /// The same operations in the same order, with as much room as they need: to clear more of it costs as much as to run them.
