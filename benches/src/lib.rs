@@ -10,18 +10,23 @@ mod measure;
 mod table;
 mod yardstick;
 
+use std::collections::BTreeMap;
 use std::env;
 use std::error::Error;
 use std::process::ExitCode;
 
-use measure::{Recording, processes, single};
+use measure::{Recording, Taken, processes, single, uav};
 use table::{Bound, Row, table};
 
-/// Rounds of every measurement.
-pub const ROUNDS: usize = 3;
+/// Rounds of every measurement, unless `ROUNDS` says otherwise.
+pub const ROUNDS: u64 = 3;
 
 /// The whole program: measures and prints, or is one of the processes that are measured.
 pub fn main() -> ExitCode {
+    // A process of the drones is told so by an argument; all processes of runs have the variable.
+    if env::args().nth(1).as_deref() == Some("participant") {
+        return orchestrator::cli::main();
+    }
     if env::var_os("PHALANX_WORKER").is_some() {
         return lockstep::serve(|plan, nodes| {
             let agents = (plan.network.nodes.len() - 2) / 2;
@@ -38,56 +43,100 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// What is measured; all lines take turns.
+const LINES: [Line; 10] = [
+    Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
+    Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
+    Line("6 agents, recording", |core, steps| processes(6, steps, core, Recording::On)),
+    Line("single", |core, steps| on_core(core, move || step(single(steps * 20, Recording::Off)?))),
+    Line("single, recording", |_, steps| step(single(steps * 20, Recording::On)?)),
+    Line("uav, recording", |_, steps| step(uav(steps)?)),
+    Line("yardstick of 50 agents", |core, steps| yardstick(50, core, steps / 10)),
+    Line("50 agents, recording", |core, steps| processes(50, steps / 10, core, Recording::On)),
+    Line("yardstick of 100 agents", |core, steps| yardstick(100, core, steps / 20)),
+    Line("100 agents, recording", |core, steps| processes(100, steps / 20, core, Recording::On)),
+];
+
+/// Its name, and how it is measured on a core in so many steps.
+struct Line(&'static str, fn(usize, u64) -> Result<Taken, Box<dyn Error>>);
+
+fn yardstick(agents: usize, core: usize, steps: u64) -> Result<Taken, Box<dyn Error>> {
+    on_core(core, move || step(yardstick::measure(&[1, 1, agents, agents], steps as u32)?))
+}
+
+fn step(step: f64) -> Result<Taken, Box<dyn Error>> {
+    Ok(Taken { step, ..Taken::default() })
+}
+
 fn run() -> Result<(), Box<dyn Error>> {
     let core = *lockstep::allowed_cores()?.last().ok_or("no core is allowed")?;
-    let steps: u64 = env::var("STEPS").map_or(Ok(10_000), |text| text.parse())?;
-    let mut figures: Vec<Vec<f64>> = vec![Vec::new(); 12];
-    for _ in 0..ROUNDS {
-        let barrier = |agents: usize, steps: u64| {
-            on_core(core, move || Ok(yardstick::measure(&[1, 1, agents, agents], steps as u32)?))
-        };
-        let crowd = processes(100, steps / 20, core, Recording::On)?;
-        let round = [
-            barrier(6, steps)?,
-            processes(6, steps, core, Recording::Off)?.step,
-            processes(6, steps, core, Recording::On)?.step,
-            on_core(core, || single(steps * 20, Recording::Off))?,
-            single(steps * 20, Recording::On)?,
-            barrier(50, steps / 10)?,
-            processes(50, steps / 10, core, Recording::On)?.step,
-            barrier(100, steps / 20)?,
-            crowd.step,
-            crowd.start,
-            crowd.end,
-            crowd.memory,
-        ];
-        figures.iter_mut().zip(round).for_each(|(figures, figure)| figures.push(figure));
+    let number = |name, default: u64| env::var(name).map_or(Ok(default), |text| text.parse());
+    let (steps, rounds) = (number("STEPS", 10_000)?, number("ROUNDS", ROUNDS)?);
+    // Cargo adds an option of its own; a word is a part of the names of the lines that are wanted.
+    let wanted: Vec<String> = env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let is_wanted = |line: &&Line| wanted.is_empty() || wanted.iter().any(|part| line.0.contains(part.as_str()));
+    let mut figures: BTreeMap<&str, Vec<Taken>> = BTreeMap::new();
+    for _ in 0..rounds {
+        for Line(name, measure) in LINES.iter().filter(is_wanted) {
+            figures.entry(name).or_default().push(measure(core, steps)?);
+        }
     }
-    let median = |index: usize| {
-        let mut sorted = figures[index].clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    };
-    let [barrier, off, on, single_off, single_on] = [0, 1, 2, 3, 4].map(median);
-    let [barrier_50, on_50, barrier_100, on_100, start, end, memory] = [5, 6, 7, 8, 9, 10, 11].map(median);
-    let grown = |seconds: f64, agents: usize| {
-        let per_process = seconds / chain::nodes(agents) as f64;
-        Bound::Growth(per_process / (on / chain::NODES as f64), 1.3)
-    };
-    let rows = [
-        Row::new("chain14, 15 processes", off, Some(barrier), Bound::Times(1.2)),
-        Row::new("chain14, 15 processes, recording", on, Some(barrier), Bound::Times(1.6)),
-        Row::new("chain14, 15 processes, recording", on, None, Bound::Rate(20_000.0)),
-        Row::new("chain14, single", single_off, None, Bound::Rate(1_000_000.0)),
-        Row::new("chain14, single, recording", single_on, None, Bound::Rate(150_000.0)),
-        Row::new("50 agents, 103 processes, recording", on_50, Some(barrier_50), grown(on_50, 50)),
-        Row::new("100 agents, 203 processes, recording", on_100, Some(barrier_100), grown(on_100, 100)),
-        Row::new("start of 203 processes", start, None, Bound::Seconds(5.0)),
-        Row::new("end of 203 processes", end, None, Bound::Seconds(2.0)),
-        Row::new("largest private memory of a process", memory, None, Bound::Bytes(15e6)),
-    ];
-    println!("{}", table(&rows));
+    println!("{}", table(&rows(&Figures(figures))));
     Ok(())
+}
+
+/// What was measured in all rounds.
+struct Figures(BTreeMap<&'static str, Vec<Taken>>);
+
+impl Figures {
+    /// The median of a figure of a line; `None` if the line was not wanted.
+    fn median(&self, line: &str, figure: impl Fn(&Taken) -> f64) -> Option<f64> {
+        let mut sorted: Vec<f64> = self.0.get(line)?.iter().map(figure).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied()
+    }
+
+    fn step(&self, line: &str) -> Option<f64> {
+        self.median(line, |taken| taken.step)
+    }
+}
+
+fn rows(figures: &Figures) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut row = |what, line, yardstick: Option<&str>, bound| {
+        let yardstick = yardstick.map(|yardstick| figures.step(yardstick));
+        if let Some(figure) = figures.step(line)
+            && yardstick != Some(None)
+        {
+            rows.push(Row::new(what, figure, yardstick.flatten(), bound));
+        }
+    };
+    let (small, on) = (Some("yardstick of 6 agents"), "6 agents, recording");
+    row("chain14, 15 processes", "6 agents", small, Bound::Times(1.2));
+    row("chain14, 15 processes, recording", on, small, Bound::Times(1.6));
+    row("chain14, 15 processes, recording", on, None, Bound::Rate(20_000.0));
+    row("chain14, single", "single", None, Bound::Rate(1_000_000.0));
+    row("chain14, single, recording", "single, recording", None, Bound::Rate(150_000.0));
+    row("uav at 1 ms, 15 processes, recording", "uav, recording", None, Bound::Rate(15_000.0));
+    let grown = |line, agents| {
+        let per_process = figures.step(line)? / chain::nodes(agents) as f64;
+        Some(Bound::Growth(per_process / (figures.step(on)? / chain::NODES as f64), 1.3))
+    };
+    let crowd = "100 agents, recording";
+    if let Some(bound) = grown("50 agents, recording", 50) {
+        row("50 agents, 103 processes, recording", "50 agents, recording", Some("yardstick of 50 agents"), bound);
+    }
+    if let Some(bound) = grown(crowd, 100) {
+        row("100 agents, 203 processes, recording", crowd, Some("yardstick of 100 agents"), bound);
+    }
+    let whole = [
+        ("start of 203 processes", figures.median(crowd, |taken| taken.start), Bound::Seconds(5.0)),
+        ("end of 203 processes", figures.median(crowd, |taken| taken.end), Bound::Seconds(2.0)),
+        ("largest private memory of a process", figures.median(crowd, |taken| taken.memory), Bound::Bytes(15e6)),
+    ];
+    let known = whole.into_iter().filter_map(|(what, figure, bound)| Some(Row::new(what, figure?, None, bound)));
+    rows.extend(known);
+    rows
 }
 
 /// Does `work` in a thread of its own that stays on a core, with all that it starts.

@@ -6,10 +6,15 @@ use std::error::Error;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use formation::scenario::Selection;
+use formation::wiring::Assembly;
 use lockstep::{Conductor, Header, Local, Network, Node, Plan, RunDirectory, Settings, Status, Store, WorkerPlan};
+use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
+use orchestrator::placement::Placement;
+use orchestrator::run::{Options, run};
 
-use crate::{beside_core, chain, on_core};
+use crate::{beside_core, chain, in_thread, on_core};
 
 /// Length of a step, ns.
 const PERIOD: u64 = 1_000_000;
@@ -91,6 +96,23 @@ pub(crate) fn single(steps: u64, recording: Recording) -> Result<f64, Box<dyn Er
     check(chain::AGENTS, local.store(), WARM_UP + steps);
     log.finish()?;
     Ok(seconds)
+}
+
+/// The six drones at 1 ms, a process each and recorded, as `phalanx run` does it: in so many steps.
+pub(crate) fn uav(steps: u64) -> Result<f64, Box<dyn Error>> {
+    let shipped = SCENARIOS.iter().find(|shipped| shipped.name == "uav").ok_or("there is no scenario uav")?;
+    let overrides = vec!["timing.dt=0.001".into(), format!("timing.duration={}", steps as f64 / 1000.0)];
+    let selection = Selection { variant: None, overrides };
+    let assembly = Assembly::load(shipped.file, shipped.text, &selection, &ROLES)
+        .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))?;
+    let path = env::temp_dir().join(format!("phalanx-bench-uav-{}.mcap", std::process::id()));
+    // In a thread of its own, which the run leaves on the core that it takes.
+    let outcome = in_thread(|| Ok(run(&assembly, &Options::new(Placement::Processes, Some(path.clone())), |_| {})?))?;
+    std::fs::remove_file(path)?;
+    match outcome.stopped {
+        Some(error) => Err(error.into()),
+        None => Ok(outcome.wall / outcome.steps as f64),
+    }
 }
 
 /// A fast engine that computes something else is worth nothing: known results must come out.

@@ -94,6 +94,17 @@ impl Hub {
         Ok(Self { node })
     }
 
+    /// This process's node.
+    pub(crate) fn node(&self) -> &iceoryx2::node::Node<ipc::Service> {
+        &self.node
+    }
+
+    /// What a program of iceoryx2 needs as its configuration to join the run, TOML.
+    pub(crate) fn config_text(&self) -> String {
+        let global = &self.node.config().global;
+        format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", global.root_path(), global.prefix)
+    }
+
     /// Creates the service of a node and of one process that hosts it, for `readers` processes besides this one and the
     /// writer's.
     ///
@@ -273,6 +284,6 @@ fn class_of(network: &Network, channel: ChannelId) -> Result<&'static dyn SizeCl
 }
 
 /// The errors of iceoryx2 are many small enums; what matters is their names.
-fn error<E: Debug>(what: String) -> impl FnOnce(E) -> ServiceError {
+pub(crate) fn error<E: Debug>(what: String) -> impl FnOnce(E) -> ServiceError {
     move |cause| ServiceError { what, cause: format!("{cause:?}") }
 }

@@ -9,6 +9,7 @@ mod lookout;
 mod poll;
 mod pump;
 mod replace;
+mod tempo;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
@@ -24,6 +25,7 @@ pub use replace::History;
 use alarm::Alarm;
 use crew::Crew;
 use error::system;
+use tempo::Tempo;
 
 use crate::board::{ChannelReader, Hub, RING};
 use crate::page::Page;
@@ -68,6 +70,7 @@ pub struct Conductor {
     directory: RunDirectory,
     settings: Settings,
     recording: bool,
+    tempo: Tempo,
     /// How many steps the workers may be ahead of the step that is returned next.
     ahead: u64,
     ready: bool,
@@ -108,6 +111,7 @@ impl Conductor {
             directory,
             settings,
             recording: true,
+            tempo: Tempo::new(),
             ahead: RING - 1,
             ready: false,
             failed: false,
@@ -172,6 +176,7 @@ impl Conductor {
         }
         self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
         self.await_step(step)?;
+        self.tempo.at(step, &self.crew.alarm.page);
         if self.recording {
             for reader in &self.readers {
                 reader

@@ -22,6 +22,7 @@ mod participant;
 mod plan;
 mod sample;
 mod store;
+mod tap;
 mod ticks;
 mod worker;
 
@@ -39,4 +40,5 @@ pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use plan::{Plan, PlanError, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, Status};
 pub use store::Store;
+pub use tap::Tap;
 pub use worker::{Comeback, Link, NotAWorker, Turn, Worker, serve};

@@ -16,6 +16,7 @@
 
 mod claim;
 mod memory;
+mod passing;
 mod repair;
 mod tally;
 
@@ -168,6 +169,7 @@ impl Page {
     pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64) -> bool {
         let gate = &self.phase(phase).gate;
         let wanted = released(step);
+        let mut may_pass = true;
         loop {
             let value = gate.load(SeqCst);
             if value & STOP != 0 {
@@ -178,6 +180,9 @@ impl Page {
             }
             if self.is_dismissed(worker) {
                 return false;
+            }
+            if std::mem::take(&mut may_pass) && self.pass_core_on() {
+                continue;
             }
             // EAGAIN and EINTR mean: look again.
             let _ = futex::wait(gate, futex::Flags::empty(), value, None);

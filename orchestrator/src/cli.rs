@@ -2,6 +2,7 @@
 
 mod engine;
 mod look;
+mod profile;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,6 +12,7 @@ use clap_complete::Shell;
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
+pub(crate) use profile::ProfileArgs;
 
 use crate::commands;
 use crate::failure::{EXIT_CODES, Failure};
@@ -46,6 +48,8 @@ enum Command {
     Ctl(CtlArgs),
     /// Watch a run: steps per second, and where its processes spend their time
     Top(TopArgs),
+    /// Run a scenario and show where its time goes: who computes, who waits, for whom; and a trace for Perfetto
+    Profile(ProfileArgs),
     /// Write a report that shows runs in a browser, or figures for a paper
     Report(ReportArgs),
     /// Write the signals of a log as CSV, NumPy or MATLAB files
@@ -124,6 +128,9 @@ pub(crate) struct RunArgs {
     /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
     #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
     pub(crate) profile: Option<Option<PathBuf>>,
+    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
+    #[arg(long)]
+    pub(crate) tap: bool,
     /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
     /// --swap "observer.2=python3 my_observer.py"; may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]
@@ -257,6 +264,7 @@ pub fn main() -> ExitCode {
         Command::Verify(args) => commands::verify::verify(&args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
+        Command::Profile(args) => commands::profile::profile(&args),
         Command::Report(args) => commands::report::report(&args),
         Command::Export(args) => commands::export::export(&args),
         Command::Echo(args) => commands::echo::echo(&args),

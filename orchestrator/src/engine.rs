@@ -259,6 +259,14 @@ impl Engine {
         }
     }
 
+    /// The core that the processes started on, if one was chosen.
+    pub fn core(&self) -> Option<usize> {
+        match self {
+            Engine::Local { .. } => None,
+            Engine::Processes { home, .. } => home.core,
+        }
+    }
+
     /// Where the run keeps what belongs to it.
     pub fn directory(&self) -> Option<&RunDirectory> {
         match self {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
-use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store};
+use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store, Tap};
 
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
@@ -44,6 +44,8 @@ pub struct Options {
     pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// Whether every sample is published, too, for whoever looks on.
+    pub tap: bool,
 }
 
 impl Options {
@@ -51,7 +53,8 @@ impl Options {
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
         let on_failure = FailurePolicy::default();
-        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, on_failure, stress: None }
+        let (progress, pace, trace, stress, tap) = (false, None, None, None, false);
+        Self { placement, log, pin, swaps, progress, pace, trace, on_failure, stress, tap }
     }
 
     fn staging(&self) -> Staging {
@@ -121,7 +124,11 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if pace.is_some() {
         engine.run_step_by_step();
     }
-    if recorder.is_none() {
+    let tap = match options.tap {
+        true => Some(open_tap(assembly, &engine)?),
+        false => None,
+    };
+    if recorder.is_none() && tap.is_none() {
         engine.fetch_nothing();
     }
     let mut chosen = None;
@@ -187,6 +194,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
             failure = Some(error.into());
             break;
         }
+        if let Some(tap) = &tap {
+            tap.publish(engine.store(), step);
+        }
         done = step;
         progress.at(step);
         if step == MEASURED_STEPS {
@@ -201,7 +211,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     }
     let wall = start.elapsed().as_secs_f64();
     progress.finish();
-    drop((server, keys));
+    drop((server, keys, tap));
     let (processes, usage) = (engine.process_count(), engine.gauge().read());
     if let (Some(path), Engine::Processes { conductor, .. }) = (&options.trace, &engine) {
         let written = write_trace(path, &conductor.gauge(), conductor.plan());
@@ -232,6 +242,13 @@ fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
         participants: assembly.network.nodes.iter().map(|node| node.name.clone()).collect(),
     };
     Server::start(directory.path(), about, stop.clone(), engine.gauge()).ok()
+}
+
+/// Publishes what is recorded, for readers from outside.
+fn open_tap(assembly: &Assembly, engine: &Engine) -> Result<Tap, Failure> {
+    let nowhere = || Failure::Usage("--tap needs a run directory in /dev/shm, and there is none".into());
+    let directory = engine.directory().ok_or_else(nowhere)?;
+    Ok(Tap::start(directory, &assembly.network, engine.core()).map_err(RunError::from)?)
 }
 
 fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {

@@ -119,7 +119,9 @@ struct Dynamics {
     matched: Vec<Formula>,
     mismatched: Vec<Formula>,
     actuators: Actuators,
-    /// Arguments of the disturbance formulas: t, coordinates, velocities.
+    /// The parts of the disturbance formulas that depend on time alone; several stages of the integrator share them.
+    timed: Vec<Formula>,
+    /// Arguments of the disturbance formulas: t, coordinates, velocities, the values of the parts above.
     arguments: Vec<f64>,
 }
 
@@ -134,7 +136,7 @@ impl Vehicles {
         let disturbance = &context.disturbance[agent];
         let command = bind.slice(Role::Controller, agent, "input", vehicle.inputs(), Timing::Delayed)?;
         let mut actuator = |name| bind.slice_out(agent, name, vehicle.inputs());
-        let actuators = match context.actuator {
+        let actuator_outputs = match context.actuator {
             Some(_) => Some([actuator("actuator")?, actuator("memory")?]),
             None => None,
         };
@@ -143,17 +145,25 @@ impl Vehicles {
             velocity: optional(vehicle.order() == 2, "velocity")?,
             mismatched: optional(!disturbance.mismatched.is_empty(), "mismatched")?,
             acceleration: optional(self.acceleration, "acceleration")?,
-            actuators,
+            actuators: actuator_outputs,
             position: bind.slice_out(agent, "position", length)?,
             disturbance: bind.slice_out(agent, "disturbance", length)?,
         };
-        let dynamics = Dynamics {
-            vehicle: vehicle.clone(),
-            matched: disturbance.matched.clone(),
-            mismatched: disturbance.mismatched.clone(),
-            actuators: Actuators::new(context),
-            arguments: vec![0.0; 1 + 2 * length],
+        let mut timed = Vec::new();
+        let mut extract = |formulas: &[Formula]| -> Vec<Formula> {
+            let formulas = formulas.iter().map(|formula| {
+                let (rest, parts) = formula.extract(0, 1 + 2 * length + timed.len());
+                timed.extend(parts);
+                rest
+            });
+            formulas.collect()
         };
+        let (matched, mismatched) = (extract(&disturbance.matched), extract(&disturbance.mismatched));
+        let mut arguments = vec![0.0; 1 + 2 * length + timed.len()];
+        // No time at all: the parts are not computed yet.
+        arguments[0] = f64::NAN;
+        let actuators = Actuators::new(context);
+        let dynamics = Dynamics { vehicle: vehicle.clone(), matched, mismatched, actuators, timed, arguments };
         Ok(Body { integrator: Rk4::new(state.len()), dynamics, state, command, outputs })
     }
 }
@@ -195,8 +205,13 @@ impl Body {
 
 impl Dynamics {
     fn set_arguments(&mut self, time: f64, state: &[f64]) {
-        self.arguments[0] = time;
         self.arguments[1..=state.len()].copy_from_slice(state);
+        if self.arguments[0] != time {
+            self.arguments[0] = time;
+            let first = self.arguments.len() - self.timed.len();
+            let (arguments, values) = self.arguments.split_at_mut(first);
+            evaluate(&self.timed, arguments, values);
+        }
     }
 
     fn slope(&mut self, time: f64, state: &[f64], out: &mut [f64]) {

@@ -82,7 +82,7 @@ fn an_edge_can_be_delayed() {
 }
 
 /// The status of the run that this process is.
-fn status(folder: &Folder, run: &Child) -> Option<(String, Value)> {
+pub(crate) fn status(folder: &Folder, run: &Child) -> Option<(String, Value)> {
     let names = std::iter::once("uav".to_string()).chain((2..20).map(|number| format!("uav-{number}")));
     let ask = |name: String| {
         let answer = folder.run(&["ctl", "status", &name, "--json"]);
@@ -160,4 +160,25 @@ fn a_profile_names_everybody_and_is_no_part_of_the_log() {
     assert_eq!(folder.run(&["verify", "a.mcap", "b.mcap"]).code(), 0);
     let single = folder.run(&[&short[..], &["--profile", "--placement", "single", "--out", "c.mcap"]].concat());
     assert!(single.stdout().contains("\nobserver_6 "), "{}", single.stdout());
+}
+
+#[test]
+fn a_scenario_and_a_log_are_profiled() {
+    let folder = Folder::new();
+    let from_scenario = folder.run(&["profile", "uav", "--duration", "0.5", "-q", "--out", "a.mcap"]);
+    let text = from_scenario.stdout();
+    assert!(from_scenario.code() == 0 && text.contains("\nplanner ") && text.contains("of which"), "{text}");
+    let spans = |name: &str| {
+        let trace: Value = serde_json::from_slice(&std::fs::read(folder.path(name)).expect("a trace")).expect("JSON");
+        let events = trace["traceEvents"].as_array().expect("events");
+        assert!(events.iter().all(|event| event["ph"] != "X" || event["dur"].as_f64() >= Some(0.0)));
+        events.iter().filter(|event| event["ph"] == "X").count()
+    };
+    assert_eq!(spans("uav.trace.json"), 14 * 51);
+    let from_log = folder.run(&["profile", "a.mcap", "-q", "--trace", "again.json", "--placement", "agents"]);
+    assert_eq!(from_log.code(), 0, "{}", from_log.stderr());
+    // Plant, planner, and two runs a step of every agent's process.
+    assert_eq!(spans("again.json"), 14 * 51);
+    let changed = folder.run(&["profile", "a.mcap", "--set", "seed=2"]);
+    assert!(changed.code() == 2 && changed.stderr().contains("is a log"), "{}", changed.stderr());
 }

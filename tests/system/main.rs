@@ -1,7 +1,9 @@
 //! Tests of the whole program from outside: real processes, real shared memory, real files.
 
+mod endurance;
 mod engine;
 mod faults;
+mod keys;
 mod look;
 mod matrix;
 mod mistakes;
@@ -9,3 +11,4 @@ mod program;
 mod readers;
 mod recovery;
 mod runs;
+mod tap;

@@ -90,11 +90,30 @@ impl Compiler {
             self.code.push(Operation::Constant(first.binary(binary, second)));
             1
         } else {
-            self.code.push(Operation::Binary(binary));
+            self.join(left, right, binary);
             // The left value waits on the stack while the right one is computed.
             left.depth.max(right.depth + 1)
         };
         self.parts.push(Part { start: left.start, depth });
+    }
+
+    /// Appends the operation; an operand that is a mere number or slot becomes a part of it.
+    fn join(&mut self, left: Part, right: Part, binary: Binary) {
+        let operation = match (&self.code[left.start..right.start], &self.code[right.start..]) {
+            (_, &[Operation::Constant(number)]) => Operation::BinaryConstant(binary, number),
+            (_, &[Operation::Slot(slot)]) => Operation::BinarySlot(binary, slot),
+            (&[Operation::Constant(number)], _) => {
+                self.code.remove(left.start);
+                self.code.push(Operation::ConstantBinary(number, binary));
+                return;
+            }
+            _ => {
+                self.code.push(Operation::Binary(binary));
+                return;
+            }
+        };
+        self.code.truncate(right.start);
+        self.code.push(operation);
     }
 
     fn check(&self, offset: usize) -> Result<(), FormulaError> {

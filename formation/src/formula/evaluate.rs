@@ -14,6 +14,12 @@ pub(super) enum Operation {
     Slot(usize),
     Unary(Unary),
     Binary(Binary),
+    /// A binary operation whose right operand is this number.
+    BinaryConstant(Binary, f64),
+    /// A binary operation whose right operand is this slot.
+    BinarySlot(Binary, usize),
+    /// A binary operation whose left operand is this number.
+    ConstantBinary(f64, Binary),
 }
 
 /// A formula ready for evaluation: postfix code over the slots of an input array, constants folded.
@@ -34,7 +40,7 @@ impl Formula {
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula [uses](Formula::uses_slot).
     pub fn evaluate(&self, slots: &[f64]) -> f64 {
-        run(&self.code, slots)
+        self.run(slots)
     }
 
     /// The value of the formula and its first three time derivatives, given those of the slots. Does not allocate.
@@ -46,7 +52,7 @@ impl Formula {
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula [uses](Formula::uses_slot).
     pub fn evaluate_jet(&self, slots: &[Jet]) -> Jet {
-        run(&self.code, slots)
+        self.run(slots)
     }
 
     /// The value, if it depends on no slot.
@@ -59,12 +65,23 @@ impl Formula {
 
     /// Whether the formula reads the slot of this index.
     pub fn uses_slot(&self, slot: usize) -> bool {
-        self.code.iter().any(|operation| matches!(operation, Operation::Slot(used) if *used == slot))
+        self.code.iter().any(
+            |operation| matches!(operation, Operation::Slot(used) | Operation::BinarySlot(_, used) if *used == slot),
+        )
+    }
+
+    /// The same operations in the same order, with as much room as they need: to clear more of it costs as much as to run them.
+    fn run<T: Real>(&self, slots: &[T]) -> T {
+        match self.depth {
+            0..=4 => run::<T, 4>(&self.code, slots),
+            5..=8 => run::<T, 8>(&self.code, slots),
+            _ => run::<T, STACK>(&self.code, slots),
+        }
     }
 }
 
-fn run<T: Real>(code: &[Operation], slots: &[T]) -> T {
-    let mut stack = [T::constant(0.0); STACK];
+fn run<T: Real, const ROOM: usize>(code: &[Operation], slots: &[T]) -> T {
+    let mut stack = [T::constant(0.0); ROOM];
     let mut top = 0;
     for operation in code {
         match *operation {
@@ -80,6 +97,13 @@ fn run<T: Real>(code: &[Operation], slots: &[T]) -> T {
             Operation::Binary(binary) => {
                 top -= 1;
                 stack[top - 1] = stack[top - 1].binary(binary, stack[top]);
+            }
+            Operation::BinaryConstant(binary, right) => {
+                stack[top - 1] = stack[top - 1].binary(binary, T::constant(right));
+            }
+            Operation::BinarySlot(binary, right) => stack[top - 1] = stack[top - 1].binary(binary, slots[right]),
+            Operation::ConstantBinary(left, binary) => {
+                stack[top - 1] = T::constant(left).binary(binary, stack[top - 1]);
             }
         }
     }

@@ -116,21 +116,23 @@ impl Real for Jet {
 
     fn unary(self, operation: Unary) -> Self {
         let x = self.value;
-        let value = x.unary(operation);
         if self.is_constant() {
             // An infinite derivative, as that of the square root at 0, must not spoil a constant.
-            return Jet::constant(value);
+            return Jet::constant(x.unary(operation));
         }
+        // Sine and cosine need each other, and together they have the bits that each has alone.
+        let (value, partner) = match operation {
+            Unary::Sine => libm::sincos(x),
+            Unary::Cosine => {
+                let (sine, cosine) = libm::sincos(x);
+                (cosine, sine)
+            }
+            _ => (x.unary(operation), 0.0),
+        };
         match operation {
             Unary::Negate => -self,
-            Unary::Sine => {
-                let cosine = libm::cos(x);
-                self.chain([value, cosine, -value, -cosine])
-            }
-            Unary::Cosine => {
-                let sine = libm::sin(x);
-                self.chain([value, -sine, -value, sine])
-            }
+            Unary::Sine => self.chain([value, partner, -value, -partner]),
+            Unary::Cosine => self.chain([value, -partner, -value, partner]),
             Unary::Tangent => {
                 let slope = 1.0 + value * value;
                 self.chain([value, slope, 2.0 * value * slope, slope * (2.0 + 6.0 * value * value)])

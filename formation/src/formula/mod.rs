@@ -26,6 +26,7 @@ mod compile;
 mod error;
 mod evaluate;
 mod expression;
+mod extract;
 mod function;
 mod jet;
 mod parse;

@@ -21,6 +21,7 @@ impl Real for f64 {
 
     // The functions of the standard library are those of the platform and differ between machines; `libm` does not. The
     // square root is correctly rounded everywhere.
+    #[inline]
     fn unary(self, operation: Unary) -> Self {
         match operation {
             Unary::Negate => -self,
@@ -41,6 +42,7 @@ impl Real for f64 {
         }
     }
 
+    #[inline]
     fn binary(self, operation: Binary, right: Self) -> Self {
         match operation {
             Binary::Add => self + right,

@@ -38,9 +38,9 @@ impl Quadcopter {
 
     /// Acceleration of the six coordinates that the inputs cause, gravity aside. (7.3)
     pub(super) fn effect(&self, x: &[f64], u: &[f64], out: &mut [f64]) {
-        let (sin_roll, cos_roll) = (libm::sin(x[3]), libm::cos(x[3]));
-        let (sin_pitch, cos_pitch) = (libm::sin(x[4]), libm::cos(x[4]));
-        let (sin_yaw, cos_yaw) = (libm::sin(x[5]), libm::cos(x[5]));
+        let (sin_roll, cos_roll) = libm::sincos(x[3]);
+        let (sin_pitch, cos_pitch) = libm::sincos(x[4]);
+        let (sin_yaw, cos_yaw) = libm::sincos(x[5]);
         out[0] = (cos_roll * sin_pitch * cos_yaw + sin_roll * sin_yaw) / self.mass * u[0];
         out[1] = (cos_roll * sin_pitch * sin_yaw - sin_roll * cos_yaw) / self.mass * u[0];
         out[2] = cos_roll * cos_pitch / self.mass * u[0];

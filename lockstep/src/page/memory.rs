@@ -33,10 +33,13 @@ pub(super) struct Head {
     pub(super) pace: Pace,
 }
 
-/// How often a worker was replaced.
+/// What all look at in every step and few change.
 #[repr(C, align(128))]
 pub(super) struct Changes {
+    /// How often a worker was replaced.
     pub(super) count: AtomicU32,
+    /// Ticks within which who hands its core on must get it back; 0: nobody hands it on.
+    pub(super) passing: AtomicU64,
 }
 
 /// How far the run is and how far it may go, in numbers of steps.

@@ -6,7 +6,7 @@ use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
 use crate::page::{Report, Watch};
-use crate::{Fault, Io, Plan, Step, Store};
+use crate::{ChannelId, Fault, Io, Layout, Plan, Step, Store};
 
 /// A node of this process that has to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl Link {
         }
         let first = catch_up.as_ref().map_or(0, CatchUp::first);
         Self {
-            store: Store::new(worker.plan.network.channels.iter().map(|channel| &channel.layout)),
+            store: store_for(&worker),
             watch: Watch::new(worker.number, &worker.page),
             jitter: Jitter::from_environment(worker.number),
             step: Step { index: first, dt: worker.plan.dt },
@@ -244,4 +244,16 @@ impl Link {
         self.seat += 1;
         Ok(())
     }
+}
+
+/// Room for the samples of the channels that the process reads or writes, close together; none for the others.
+fn store_for(worker: &Worker) -> Store {
+    let Plan { network, workers, .. } = &worker.plan;
+    let none = Layout::default();
+    let nodes = || workers[worker.number].nodes.iter().map(|&node| &network.nodes[node]);
+    let is_used = |channel: ChannelId| {
+        nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
+    };
+    let channels = network.channels.iter().enumerate();
+    Store::new(channels.map(|(index, channel)| if is_used(ChannelId(index)) { &channel.layout } else { &none }))
 }

@@ -10,6 +10,7 @@ pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod participant;
 pub(crate) mod plot;
+pub(crate) mod profile;
 pub(crate) mod recover;
 pub(crate) mod report;
 pub(crate) mod run;

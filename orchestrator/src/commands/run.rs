@@ -39,6 +39,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         trace,
         on_failure: failure_policy(args, &assembly)?,
         stress: None,
+        tap: args.tap,
     };
     if !args.quiet {
         announce(&assembly, &options, log.as_deref());
@@ -68,7 +69,7 @@ fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
     Ok(Some(Verdict::of(&assembly.scenario, &log)?))
 }
 
-fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
+pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
     match outcome.stopped {
         Some(RunError::Interrupted { .. }) => Err(Failure::Interrupted),
         Some(error) => Err(Failure::Run(error)),
@@ -149,7 +150,7 @@ fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
 }
 
 /// Ctrl-C, SIGTERM and SIGHUP end the run in order.
-fn end_on_signals(stop: Stop) {
+pub(super) fn end_on_signals(stop: Stop) {
     // A second handler in one process cannot be set; a program that embeds this one has set its own then.
     let _ = ctrlc::set_handler(move || stop.request());
 }
@@ -195,7 +196,7 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
     }
 }
 
-fn show_profile(outcome: &Outcome, trace: Option<&Path>) {
+pub(super) fn show_profile(outcome: &Outcome, trace: Option<&Path>) {
     println!("\n{}", profile::table(&outcome.usage, outcome.wall));
     if let Some(path) = trace {
         println!("trace of the last steps: {}; ui.perfetto.dev opens it", path.display());

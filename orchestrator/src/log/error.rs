@@ -124,11 +124,3 @@ impl LogError {
         Self::Damaged { path: path.into(), at, what: what.into() }
     }
 }
-
-/// The operating system's error behind an error of the MCAP library.
-pub(super) fn io_error(error: mcap::McapError) -> io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        other => io::Error::other(other),
-    }
-}

@@ -7,11 +7,14 @@
 //! A sample is stored as CDR, which is what a [`lockstep::Layout`] lays out already. The schema next to it says what the
 //! bytes mean, so a log needs no program of ours to be read.
 
-mod batch;
+mod chunk;
 mod compare;
 mod digest;
+mod encode;
 mod error;
+mod output;
 mod past;
+mod pipeline;
 mod reader;
 mod record;
 mod recorder;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::LogError;
 use super::record::Record;
-use super::sink::{ChannelRecord, SchemaRecord, Sink, Summary};
+use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
 use super::walk::{Ending, walk};
 
 /// What [`recover`] saved.
@@ -42,7 +42,7 @@ pub fn recover(path: &Path, out: &Path) -> Result<Recovered, LogError> {
     };
     let empty = LogError::NotMcap { path: path.into(), what: "it ends within its header" };
     let sink = copy.sink.ok_or(empty)?;
-    let file = sink.finish(out.into()).map_err(|error| LogError::write(out, error))?;
+    let file = sink.finish(out.into()).map_err(|source| LogError::Write { path: out.into(), source })?;
     let Copy { channels, attachments, metadata, .. } = copy;
     Ok(Recovered { file, channels, attachments, metadata, was_complete, damage })
 }
@@ -66,7 +66,7 @@ impl Copy<'_> {
             }
             let file = File::create(self.out).map_err(|error| LogError::write(self.out, error))?;
             // Chunks are copied one by one, so there is nothing to flush in between.
-            let sink = Sink::new(file, profile, library, u64::MAX);
+            let sink = Sink::new(file, profile, library);
             self.sink = Some(sink.map_err(|error| LogError::write(self.out, error))?);
             return Ok(());
         }
@@ -76,12 +76,12 @@ impl Copy<'_> {
         let copied = match record {
             Record::Header { .. } => Ok(()),
             Record::Schema { id, name, encoding, text } => {
-                sink.schema(&SchemaRecord { id, name: name.into(), encoding: encoding.into(), text: text.into() })
+                sink.schema(SchemaRecord { id, name: name.into(), encoding: encoding.into(), text: text.into() })
             }
             Record::Channel { id, schema, topic, encoding, metadata } => {
                 self.channels += 1;
                 let (topic, encoding) = (topic.into(), encoding.into());
-                sink.channel(&ChannelRecord { id, schema, topic, encoding, metadata })
+                sink.channel(ChannelRecord { id, schema, topic, encoding, metadata })
             }
             Record::Message { channel, sequence, log_time, publish_time, data } => {
                 sink.message(channel, sequence, [log_time, publish_time], data)
@@ -96,10 +96,9 @@ impl Copy<'_> {
             }
             Record::ChunkEnd => sink.flush(),
         };
-        copied.map_err(|source| match source.get_ref().is_some_and(|inner| inner.is::<mcap::McapError>()) {
-            // The library refuses what contradicts itself; the operating system is not to blame.
-            true => LogError::damaged(self.path, at, source.to_string()),
-            false => LogError::write(self.out, source),
+        copied.map_err(|refusal| match refusal {
+            Refusal::Contradiction(what) => LogError::damaged(self.path, at, what),
+            Refusal::Write(source) => LogError::Write { path: self.out.into(), source },
         })
     }
 }

@@ -1,21 +1,17 @@
-//! The file side of a log: MCAP records out, digest and size on the way, chunks that end where steps end.
+//! The step thread's side of a log file: collects chunks and hands them to the threads that write.
 
 use std::collections::BTreeMap;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::write::{Metadata, NoSeek};
-use mcap::{Attachment, Compression, WriteOptions, Writer};
-use sha2::{Digest, Sha256};
+use lockstep::Header;
+use mcap::records::op;
 
-use super::batch::Batch;
-use super::error::io_error;
-
-/// Payload after which a chunk is closed at the end of its step, bytes.
-const CHUNK_BYTES: usize = 1 << 20;
-/// Size of the buffer before the file, bytes.
-const BUFFER_BYTES: usize = 1 << 16;
+use super::chunk::Chunk;
+use super::encode::Encode;
+use super::output::{Attachment, Closed, Definitions, Output};
+use super::pipeline::{Job, Pipeline};
 
 /// A finished log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,28 +26,8 @@ pub struct Summary {
     pub sha256: String,
 }
 
-/// Counts and digests what passes.
-struct Digested<W> {
-    output: W,
-    digest: Sha256,
-    bytes: u64,
-}
-
-impl<W: Write> Write for Digested<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.output.write(bytes)?;
-        self.digest.update(&bytes[..written]);
-        self.bytes += written as u64;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.output.flush()
-    }
-}
-
 /// A type definition as the file stores it.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub(super) struct SchemaRecord {
     pub(super) id: u16,
     pub(super) name: String,
@@ -60,7 +36,7 @@ pub(super) struct SchemaRecord {
 }
 
 /// A channel as the file stores it.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub(super) struct ChannelRecord {
     pub(super) id: u16,
     pub(super) schema: u16,
@@ -69,119 +45,156 @@ pub(super) struct ChannelRecord {
     pub(super) metadata: BTreeMap<String, String>,
 }
 
-/// Writes the records of one file.
-pub(super) struct Sink<W: Write> {
-    writer: Writer<NoSeek<BufWriter<Digested<W>>>>,
-    /// A chunk ends after every step whose successor is a multiple of this.
-    flush_every: u64,
-    /// The step whose messages are being written.
-    step: Option<u64>,
-    chunk_bytes: usize,
-    messages: u64,
+/// Why something is not in the file.
+#[derive(Clone, Debug)]
+pub(super) enum Refusal {
+    /// It contradicts what is there.
+    Contradiction(String),
+    /// The file could not be written.
+    Write(Arc<io::Error>),
 }
 
-impl<W: Write> Sink<W> {
+impl From<Arc<io::Error>> for Refusal {
+    fn from(error: Arc<io::Error>) -> Self {
+        Self::Write(error)
+    }
+}
+
+/// Writes the records of one file.
+pub(super) struct Sink<W> {
+    pipeline: Pipeline<W>,
+    chunk: Chunk,
+    schemas: BTreeMap<u16, SchemaRecord>,
+    channels: BTreeMap<u16, ChannelRecord>,
+}
+
+impl<W: Write + Send + 'static> Sink<W> {
     /// Starts a file on `output`.
-    pub(super) fn new(output: W, profile: &str, library: &str, flush_every: u64) -> io::Result<Self> {
-        let output = Digested { output, digest: Sha256::new(), bytes: 0 };
-        let writer = WriteOptions::new()
-            .profile(profile)
-            .library(library)
-            // Only whole chunks reach the file, so a killed run leaves one that is good up to its cut.
-            .disable_seeking(true)
-            .compression(Some(Compression::Zstd))
-            .compression_level(1)
-            // The number of threads changes the bytes; the default would follow the machine.
-            .compression_threads(0)
-            // Chunks end with steps (see `end_step`), not in the middle of one.
-            .chunk_size(None)
-            .create(NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, output)))
-            .map_err(io_error)?;
-        Ok(Self { writer, flush_every: flush_every.max(1), step: None, chunk_bytes: 0, messages: 0 })
+    pub(super) fn new(output: W, profile: &str, library: &str) -> io::Result<Self> {
+        let pipeline = Pipeline::start(Output::start(output, profile, library)?)?;
+        Ok(Self { pipeline, chunk: Chunk::default(), schemas: BTreeMap::new(), channels: BTreeMap::new() })
     }
 
-    /// Attaches a file. Times are zero: the wall clock stays out of a log.
-    pub(super) fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> io::Result<()> {
-        let attachment = Attachment {
-            log_time: 0,
-            create_time: 0,
-            name: name.into(),
-            media_type: media_type.into(),
-            data: data.into(),
-        };
-        self.writer.attach(&attachment).map_err(io_error)
+    /// Attaches a file.
+    pub(super) fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), Refusal> {
+        self.flush()?;
+        let attachment = Attachment { name: name.into(), media_type: media_type.into(), data: data.into() };
+        Ok(self.pipeline.send(Job::Attachment(attachment))?)
     }
 
     /// Writes a metadata record.
-    pub(super) fn metadata(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> io::Result<()> {
-        let record = Metadata { name: name.into(), metadata: metadata.clone() };
-        self.writer.write_metadata(&record).map_err(io_error)
+    pub(super) fn metadata(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> Result<(), Refusal> {
+        self.flush()?;
+        Ok(self.pipeline.send(Job::Metadata(name.into(), metadata.clone()))?)
     }
 
-    /// Writes a definition.
-    pub(super) fn schema(&mut self, schema: &SchemaRecord) -> io::Result<()> {
-        let SchemaRecord { id, name, encoding, text } = schema;
-        self.writer.add_schema_with_id(*id, name, encoding, text).map_err(io_error)?;
+    /// Writes a definition, once.
+    pub(super) fn schema(&mut self, schema: SchemaRecord) -> Result<(), Refusal> {
+        match self.schemas.get(&schema.id) {
+            Some(known) if *known == schema => return Ok(()),
+            Some(_) => return Err(Refusal::Contradiction(format!("schema {} is defined twice", schema.id))),
+            None if schema.id == 0 => return Err(Refusal::Contradiction("a schema has the number 0".into())),
+            None => {}
+        }
+        self.chunk.define(op::SCHEMA, |body| schema.encode(body));
+        self.schemas.insert(schema.id, schema);
         Ok(())
     }
 
-    /// Writes a channel, whose schema must be there.
-    pub(super) fn channel(&mut self, channel: &ChannelRecord) -> io::Result<()> {
-        let ChannelRecord { id, schema, topic, encoding, metadata } = channel;
-        self.writer.add_channel_with_id(*id, *schema, topic, encoding, metadata).map_err(io_error)?;
-        Ok(())
-    }
-
-    /// Writes the messages of a batch; `period_ns` is the time from one step to the next.
-    pub(super) fn batch(&mut self, batch: &Batch, period_ns: u64) -> io::Result<()> {
-        for (entry, bytes) in batch.messages() {
-            if self.step != Some(entry.step) {
-                self.end_step()?;
-                self.step = Some(entry.step);
+    /// Writes a channel, whose schema must be there, once.
+    pub(super) fn channel(&mut self, channel: ChannelRecord) -> Result<(), Refusal> {
+        let contradiction = |what| Err(Refusal::Contradiction(format!("channel {} {what}", channel.id)));
+        match self.channels.get(&channel.id) {
+            Some(known) if *known == channel => return Ok(()),
+            Some(_) => return contradiction("is defined twice"),
+            None if channel.schema != 0 && !self.schemas.contains_key(&channel.schema) => {
+                return contradiction("has a schema that is not defined");
             }
-            let time_ns = entry.step.saturating_mul(period_ns);
-            self.message(entry.channel, entry.step as u32, [time_ns; 2], bytes)?;
+            None => {}
         }
-        if batch.ends_step {
-            self.end_step()?;
-        }
+        self.chunk.define(op::CHANNEL, |body| channel.encode(body));
+        self.channels.insert(channel.id, channel);
         Ok(())
     }
 
     /// Writes a message with the times of its logging and publication, ns.
-    pub(super) fn message(&mut self, channel: u16, sequence: u32, times: [u64; 2], bytes: &[u8]) -> io::Result<()> {
-        let [log_time, publish_time] = times;
-        let header = MessageHeader { channel_id: channel, sequence, log_time, publish_time };
-        self.writer.write_to_known_channel(&header, bytes).map_err(io_error)?;
-        self.chunk_bytes += bytes.len();
-        self.messages += 1;
-        Ok(())
-    }
-
-    /// Closes the chunk if the open step is the last of its group, or the chunk is full.
-    ///
-    /// Both follow from the messages alone, never from a clock or from how they came in batches: equal runs, equal bytes.
-    fn end_step(&mut self) -> io::Result<()> {
-        let Some(step) = self.step.take() else { return Ok(()) };
-        if step.wrapping_add(1).is_multiple_of(self.flush_every) || self.chunk_bytes >= CHUNK_BYTES {
-            self.flush()?;
+    pub(super) fn message(&mut self, channel: u16, sequence: u32, times: [u64; 2], data: &[u8]) -> Result<(), Refusal> {
+        if !self.channels.contains_key(&channel) {
+            return Err(Refusal::Contradiction(format!("a message is of channel {channel}, which is not defined")));
         }
+        self.chunk.message(channel, sequence, times, data);
         Ok(())
     }
 
-    /// Closes the chunk and hands everything to the operating system.
-    pub(super) fn flush(&mut self) -> io::Result<()> {
-        self.chunk_bytes = 0;
-        self.writer.flush().map_err(io_error)
+    /// Writes a sample of a channel that is defined, at a time in ns.
+    pub(super) fn sample(&mut self, channel: u16, sequence: u32, time: u64, header: &Header, words: &[f64]) {
+        self.chunk.sample(channel, sequence, time, header, words);
     }
 
-    /// Writes the summary section and closes the file.
-    pub(super) fn finish(mut self, path: PathBuf) -> io::Result<Summary> {
-        self.writer.finish().map_err(io_error)?;
-        let output = self.writer.into_inner().into_inner();
-        let Digested { mut output, digest, bytes } = output.into_inner().map_err(|error| error.into_error())?;
-        output.flush()?;
-        let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Summary { path, bytes, messages: self.messages, sha256 })
+    /// Data of the messages since the last flush, bytes.
+    pub(super) fn pending(&self) -> usize {
+        self.chunk.payload()
+    }
+
+    /// Closes the chunk; it will be in the hands of the operating system soon.
+    pub(super) fn flush(&mut self) -> Result<(), Refusal> {
+        if self.chunk.is_empty() {
+            return Ok(());
+        }
+        let chunk = std::mem::replace(&mut self.chunk, self.pipeline.chunk());
+        Ok(self.pipeline.send(Job::Chunk(chunk))?)
+    }
+
+    /// Waits until all chunks that are closed are in the file.
+    pub(super) fn drain(&self) -> Result<(), Arc<io::Error>> {
+        self.pipeline.drain()
+    }
+
+    /// Waits until everything is in the hands of the operating system.
+    pub(super) fn settle(&mut self) -> Result<(), Refusal> {
+        self.flush()?;
+        Ok(self.pipeline.drain()?)
+    }
+
+    /// What went wrong so far.
+    pub(super) fn check(&self) -> Result<(), Arc<io::Error>> {
+        self.pipeline.check()
+    }
+
+    /// Writes the rest and the summary section, and closes the file.
+    pub(super) fn finish(mut self, path: PathBuf) -> Result<Summary, Arc<io::Error>> {
+        if !self.chunk.is_empty() {
+            self.pipeline.send(Job::Chunk(std::mem::take(&mut self.chunk)))?;
+        }
+        let mut definitions = Definitions::default();
+        definitions.schemas.0 = self.schemas.len() as u16;
+        definitions.channels.0 = self.channels.len() as u32;
+        for schema in self.schemas.values() {
+            definitions.schemas.1.record(op::SCHEMA, |body| schema.encode(body));
+        }
+        for channel in self.channels.values() {
+            definitions.channels.1.record(op::CHANNEL, |body| channel.encode(body));
+        }
+        let Closed { bytes, messages, sha256 } = self.pipeline.finish()?.finish(&definitions)?;
+        Ok(Summary { path, bytes, messages, sha256 })
+    }
+}
+
+impl SchemaRecord {
+    fn encode(&self, body: &mut Vec<u8>) {
+        body.put_u16(self.id);
+        body.put_text(&self.name);
+        body.put_text(&self.encoding);
+        body.put_list(|list| list.extend_from_slice(&self.text));
+    }
+}
+
+impl ChannelRecord {
+    fn encode(&self, body: &mut Vec<u8>) {
+        body.put_u16(self.id);
+        body.put_u16(self.schema);
+        body.put_text(&self.topic);
+        body.put_text(&self.encoding);
+        body.put_texts(&self.metadata);
     }
 }

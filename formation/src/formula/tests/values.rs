@@ -83,7 +83,35 @@ fn constants_and_slots_can_be_asked_for() {
     assert_eq!(outer.as_constant(), Some(49.0));
 }
 
+#[test]
+fn what_depends_on_time_alone_is_taken_out() {
+    let (rest, parts) = formula("0.6*sin(0.3*a + 1) - 2*b + a*b*(a + 1)", &NAMES).extract(0, 4);
+    assert_eq!(parts.len(), 2);
+    assert!(!parts.iter().any(|part| part.uses_slot(1)) && [0, 1, 4, 5].iter().all(|slot| rest.uses_slot(*slot)));
+    let (rest, parts) = formula("a + b", &NAMES).extract(0, 4);
+    assert!(parts.is_empty() && rest.uses_slot(0), "a mere slot is no part");
+    let (rest, parts) = formula("cos(a)", &NAMES).extract(0, 4);
+    assert!(parts.len() == 1 && rest.uses_slot(4) && !rest.uses_slot(0));
+}
+
 proptest! {
+    #[test]
+    fn taking_parts_out_changes_no_bit(text in any_formula(), values in any_values()) {
+        let whole = formula(&text, &NAMES);
+        let (rest, parts) = whole.extract(0, 4);
+        let mut slots = values.to_vec();
+        slots.extend(parts.iter().map(|part| part.evaluate(&values[..1])));
+        prop_assert!(same_bits(whole.evaluate(&values), rest.evaluate(&slots)));
+    }
+
+    #[test]
+    fn sine_and_cosine_have_the_same_bits_together_and_alone(angle in -1e4..1e4, small in any::<f64>()) {
+        for x in [angle, small] {
+            let (sine, cosine) = libm::sincos(x);
+            prop_assert!(same_bits(sine, libm::sin(x)) && same_bits(cosine, libm::cos(x)), "{x:e}");
+        }
+    }
+
     #[test]
     fn formulas_are_what_a_programmer_would_write(values in prop::array::uniform4(-3.0..3.0)) {
         for (text, closure) in CLOSURES {

@@ -158,12 +158,12 @@ fn a_missing_sample_is_named() {
     let path = scratch.file("x.mcap");
     let layout = Layout::new([Field::scalar("x", "m")]);
     let write = |samples: &[(u16, u32, u64, usize)]| {
-        let mut sink = Sink::new(fs::File::create(&path).unwrap(), "ros2", "test", 10).unwrap();
+        let mut sink = Sink::new(fs::File::create(&path).unwrap(), "ros2", "test").unwrap();
         let (name, encoding) = (String::from("phalanx_msgs/msg/X"), String::from("ros2msg"));
-        sink.schema(&SchemaRecord { id: 1, name, encoding, text: layout.ros2msg().into() }).unwrap();
+        sink.schema(SchemaRecord { id: 1, name, encoding, text: layout.ros2msg().into() }).unwrap();
         for id in 0..2 {
             let (topic, encoding) = (format!("/agent_{id}/x"), String::from("cdr"));
-            sink.channel(&ChannelRecord { id, schema: 1, topic, encoding, metadata: BTreeMap::new() }).unwrap();
+            sink.channel(ChannelRecord { id, schema: 1, topic, encoding, metadata: BTreeMap::new() }).unwrap();
         }
         for (channel, sequence, time_ns, bytes) in samples {
             let mut message = vec![0; *bytes];

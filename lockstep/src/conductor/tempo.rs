@@ -1,0 +1,171 @@
+//! Whether workers that wait hand their core on before they sleep: whichever is faster, measured while the run goes on.
+//!
+//! Processes of one core that take turns need not sleep: each that has arrived lets the others run once (`sched_yield`), and
+//! if they stand in the right order its gate is open when its turn comes again. That saves a sleep and a wake-up per worker
+//! and step, half of a step's time. But where a stranger competes for the core, who hands it on gives away a whole time slice,
+//! and a step takes many times as long. So both are tried now and then, and the better one is kept.
+
+use crate::page::Page;
+use crate::ticks;
+
+/// Steps that are timed at once.
+const WINDOW: u64 = 16;
+/// Windows that a manner is tried for. The least time counts, since others that run now and then make times longer, never
+/// shorter.
+const TRIAL: u32 = 3;
+/// Windows for which cores are passed on before the other manner is timed again.
+const TERM: u32 = 512;
+/// Windows until the next trial: so many at first, and twice as many after every trial that failed, up to a limit.
+const PATIENCE: [u32; 2] = [16, 4096];
+/// A worker that gets its core back only after so many times the duration of a step ends the passing at once.
+const LATE: u64 = 4;
+/// Passing on ends if a window takes so many times as long as without.
+const SLOWER: u64 = 2;
+
+/// Times windows of steps and decides.
+#[derive(Debug)]
+pub(super) struct Tempo {
+    /// Windows of passing cores on so far; `None`: who waits sleeps.
+    passing: Option<u32>,
+    /// Least time of a window without passing on.
+    asleep: u64,
+    /// Least time of a window in the present manner.
+    least: u64,
+    /// Windows until the next trial.
+    left: u32,
+    patience: u32,
+    /// Step and time of the start of the window; `None`: the next step starts one.
+    start: Option<(u64, u64)>,
+}
+
+impl Tempo {
+    pub(super) fn new() -> Self {
+        let patience = PATIENCE[0];
+        Self { passing: None, asleep: u64::MAX, least: u64::MAX, left: TRIAL, patience, start: None }
+    }
+
+    /// A number of steps is complete.
+    pub(super) fn at(&mut self, steps: u64, page: &Page) {
+        if let Some(limit) = self.observe(steps, ticks::now(), page.passing_limit()) {
+            page.pass_cores_on(limit);
+        }
+    }
+
+    /// Takes the time in, and the limit that is in force: 0 if nobody passes on. Returns a new limit if the manner changes.
+    fn observe(&mut self, steps: u64, now: u64, limit: u64) -> Option<u64> {
+        if self.passing.is_some() && limit == 0 {
+            // A worker has ended it.
+            return Some(self.sleep(false));
+        }
+        let Some((first, since)) = self.start else {
+            self.start = Some((steps, now));
+            return None;
+        };
+        if steps - first < WINDOW {
+            return None;
+        }
+        let took = now.saturating_sub(since);
+        self.start = Some((steps, now));
+        self.least = self.least.min(took);
+        match &mut self.passing {
+            None => {
+                self.left -= 1;
+                (self.left == 0).then(|| self.pass())
+            }
+            Some(windows) => {
+                *windows += 1;
+                let windows = *windows;
+                let failed = windows == TRIAL && self.least > self.asleep || took / SLOWER > self.asleep;
+                (failed || windows == TERM).then(|| self.sleep(!failed))
+            }
+        }
+    }
+
+    fn pass(&mut self) -> u64 {
+        (self.passing, self.asleep) = (Some(0), self.least);
+        self.begin();
+        (LATE * self.asleep / WINDOW).max(1)
+    }
+
+    /// `content`: passing on was good, and only the other manner has to be timed again.
+    fn sleep(&mut self, content: bool) -> u64 {
+        let lasted = self.passing.take().is_some_and(|windows| windows > PATIENCE[0]);
+        self.patience = if content || lasted { PATIENCE[0] } else { (2 * self.patience).min(PATIENCE[1]) };
+        self.left = if content { TRIAL } else { self.patience };
+        self.begin();
+        0
+    }
+
+    fn begin(&mut self) {
+        // Those who wait now still wait in the old manner: the next step is not timed.
+        (self.start, self.least) = (None, u64::MAX);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run whose steps take so long in either manner.
+    struct Run {
+        tempo: Tempo,
+        now: u64,
+        limit: u64,
+        step: u64,
+    }
+
+    impl Run {
+        fn new() -> Self {
+            Self { tempo: Tempo::new(), now: 0, limit: 0, step: 0 }
+        }
+
+        /// For how many of so many steps cores were passed on. Getting a core back takes as long as a step.
+        fn steps(&mut self, count: u64, [asleep, passing]: [u64; 2]) -> u64 {
+            let mut passed = 0;
+            for _ in 0..count {
+                self.now += if self.limit > 0 { passing } else { asleep };
+                passed += u64::from(self.limit > 0);
+                if self.limit > 0 && passing > self.limit {
+                    self.limit = 0;
+                }
+                self.step += 1;
+                self.limit = self.tempo.observe(self.step, self.now, self.limit).unwrap_or(self.limit);
+            }
+            passed
+        }
+    }
+
+    #[test]
+    fn the_faster_manner_is_found_and_kept() {
+        assert!(Run::new().steps(100_000, [50, 28]) > 98_000);
+        assert!(Run::new().steps(100_000, [50, 55]) < 2_000);
+    }
+
+    #[test]
+    fn strangers_on_the_core_are_noticed_at_once_and_their_end_soon() {
+        let mut run = Run::new();
+        run.steps(10_000, [50, 28]);
+        assert!(run.limit > 0);
+        // From now on a stranger takes what is passed on.
+        assert!(run.steps(100_000, [60, 1500]) < 20);
+        assert_eq!(run.limit, 0);
+        run.steps(100_000, [50, 28]);
+        assert!(run.limit > 0);
+    }
+
+    #[test]
+    fn times_that_vary_while_asleep_start_no_trial() {
+        let mut run = Run::new();
+        let passed: u64 = (0..10_000).map(|index| run.steps(10, [50 + index % 7 * 200, 5000])).sum();
+        assert!(passed < 30, "{passed}");
+    }
+
+    #[test]
+    fn a_pause_changes_nothing_for_long() {
+        let mut run = Run::new();
+        run.steps(10_000, [50, 28]);
+        run.now += 1_000_000_000;
+        let passed = run.steps(10_000, [50, 28]);
+        assert!(passed > 9_000, "{passed}");
+    }
+}

@@ -1,0 +1,59 @@
+//! `phalanx profile`.
+
+use std::path::PathBuf;
+
+use formation::wiring::Assembly;
+
+use super::run::{conclude, end_on_signals, show_profile};
+use super::select::{assemble, from_log};
+use crate::cli::{ProfileArgs, ScenarioArgs};
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::pinning::Pin;
+use crate::placement::Placement;
+use crate::run::{Options, run};
+
+pub(crate) fn profile(args: &ProfileArgs) -> Result<(), Failure> {
+    let assembly = assembly_of(&args.scenario)?;
+    let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
+    let trace = match placement {
+        Placement::Single if args.trace.is_some() => {
+            return Err(Failure::Usage("--trace needs processes; leave out --placement single".into()));
+        }
+        Placement::Single => None,
+        _ => Some(args.trace.clone().unwrap_or_else(|| format!("{}.trace.json", assembly.scenario.name).into())),
+    };
+    let options = Options {
+        pin: Pin::parse(&args.pin)?,
+        progress: !args.quiet,
+        trace,
+        ..Options::new(placement, args.out.clone())
+    };
+    let outcome = run(&assembly, &options, end_on_signals)?;
+    println!(
+        "{} {}: {} steps, {:.0} steps/s, {} processes",
+        assembly.scenario.name,
+        assembly.scenario.variant,
+        outcome.steps,
+        outcome.steps_per_second(),
+        outcome.processes
+    );
+    show_profile(&outcome, options.trace.as_deref());
+    conclude(outcome, None)
+}
+
+/// A scenario as for every other command, or that of a log.
+fn assembly_of(args: &ScenarioArgs) -> Result<Assembly, Failure> {
+    let path = PathBuf::from(&args.scenario);
+    if path.extension().is_none_or(|extension| extension != "mcap") {
+        return assemble(args);
+    }
+    let changes = [&args.variant, &args.dt, &args.duration, &args.seed];
+    if !args.set.is_empty() || changes.iter().any(|change| change.is_some()) {
+        return Err(Failure::Usage(format!(
+            "{} is a log, which says everything about its run; profile its scenario instead to change something",
+            path.display()
+        )));
+    }
+    from_log(&Log::open(&path)?)
+}

@@ -1,0 +1,206 @@
+//! Compression on several threads, writing in order.
+//!
+//! Chunks stand for themselves, so they may be compressed at the same time; each thread waits with its chunk until it is its
+//! turn to write. So the bytes of the file depend neither on the number of threads nor on who is quick.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::{self, Write};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use super::chunk::{Chunk, Packer};
+use super::output::{Attachment, Output};
+
+/// Threads that compress and write.
+const THREADS: usize = 2;
+/// Jobs that may wait for a thread before the step waits for one.
+const QUEUE: usize = 8;
+
+/// Something to write.
+pub(super) enum Job {
+    Chunk(Chunk),
+    Attachment(Attachment),
+    Metadata(String, BTreeMap<String, String>),
+}
+
+/// The threads that write one file.
+pub(super) struct Pipeline<W> {
+    shared: Arc<Shared<W>>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+struct Shared<W> {
+    state: Mutex<State>,
+    /// Signalled when a job comes, or none comes any more.
+    work: Condvar,
+    /// Signalled when a job is taken or done.
+    progress: Condvar,
+    /// `None` once the file is closed.
+    output: Mutex<Option<Output<W>>>,
+    failure: OnceLock<Arc<io::Error>>,
+}
+
+#[derive(Default)]
+struct State {
+    jobs: VecDeque<(u64, Job)>,
+    /// Number of the next job that comes.
+    next: u64,
+    /// Number of the job that is written next.
+    turn: u64,
+    closed: bool,
+    /// Chunks to use again.
+    spare: Vec<Chunk>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<W: Write + Send + 'static> Pipeline<W> {
+    /// Starts the threads, which inherit the cores of the caller.
+    pub(super) fn start(output: Output<W>) -> io::Result<Self> {
+        let shared = Arc::new(Shared {
+            state: Mutex::default(),
+            work: Condvar::new(),
+            progress: Condvar::new(),
+            output: Mutex::new(Some(output)),
+            failure: OnceLock::new(),
+        });
+        let mut pipeline = Self { shared, threads: Vec::new() };
+        for number in 1..=THREADS {
+            let shared = pipeline.shared.clone();
+            let packer = Packer::new()?;
+            let thread = thread::Builder::new().name(format!("log {number}"));
+            pipeline.threads.push(thread.spawn(move || shared.serve(packer))?);
+        }
+        Ok(pipeline)
+    }
+}
+
+impl<W> Pipeline<W> {
+    /// Takes a job over; waits if there are many.
+    ///
+    /// # Errors
+    /// What went wrong with an earlier one.
+    pub(super) fn send(&self, job: Job) -> Result<(), Arc<io::Error>> {
+        let shared = &*self.shared;
+        let is_full = |state: &mut State| state.jobs.len() >= QUEUE && shared.failure.get().is_none();
+        let room = shared.progress.wait_while(lock(&shared.state), is_full);
+        let mut state = room.unwrap_or_else(PoisonError::into_inner);
+        self.check()?;
+        let number = state.next;
+        state.next += 1;
+        state.jobs.push_back((number, job));
+        shared.work.notify_one();
+        Ok(())
+    }
+
+    /// An empty chunk.
+    pub(super) fn chunk(&self) -> Chunk {
+        lock(&self.shared.state).spare.pop().unwrap_or_default()
+    }
+
+    /// What went wrong so far.
+    pub(super) fn check(&self) -> Result<(), Arc<io::Error>> {
+        self.shared.failure.get().map_or(Ok(()), |failure| Err(failure.clone()))
+    }
+
+    /// Waits until all jobs are done.
+    pub(super) fn drain(&self) -> Result<(), Arc<io::Error>> {
+        let shared = &*self.shared;
+        let is_busy = |state: &mut State| state.turn < state.next && shared.failure.get().is_none();
+        drop(shared.progress.wait_while(lock(&shared.state), is_busy));
+        self.check()
+    }
+
+    /// Waits until all jobs are done, ends the threads and gives the output back.
+    pub(super) fn finish(mut self) -> Result<Output<W>, Arc<io::Error>> {
+        self.join();
+        self.check()?;
+        let ended_early = || Arc::new(io::Error::other("the writing threads ended early"));
+        lock(&self.shared.output).take().ok_or_else(ended_early)
+    }
+
+    fn join(&mut self) {
+        lock(&self.shared.state).closed = true;
+        self.shared.work.notify_all();
+        for thread in self.threads.drain(..) {
+            // A panic has become a failure already.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl<W> Drop for Pipeline<W> {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+impl<W> Shared<W> {
+    /// Whoever waits is told, too.
+    fn fail(&self, error: io::Error) {
+        let _ = self.failure.set(Arc::new(error));
+        // With the lock, so that nobody is between a look at the failure and its sleep.
+        drop(lock(&self.state));
+        self.progress.notify_all();
+    }
+}
+
+/// Tells everybody if its thread panics: who waits for that thread's turn would wait for ever.
+struct Watch<'a, W>(&'a Shared<W>);
+
+impl<W> Drop for Watch<'_, W> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.fail(io::Error::other("a writing thread panicked"));
+        }
+    }
+}
+
+impl<W: Write> Shared<W> {
+    /// What a thread does.
+    fn serve(&self, mut packer: Packer) {
+        let _watch = Watch(self);
+        while let Some((number, job)) = self.take() {
+            let packed = match &job {
+                Job::Chunk(chunk) => packer.pack(chunk).map(Some),
+                Job::Attachment(_) | Job::Metadata(..) => Ok(None),
+            };
+            let not_yet = |state: &mut State| state.turn != number && self.failure.get().is_none();
+            drop(self.progress.wait_while(lock(&self.state), not_yet));
+            if self.failure.get().is_some() {
+                return;
+            }
+            let written = match lock(&self.output).as_mut() {
+                Some(output) => packed.and_then(|packed| match (&job, packed) {
+                    (Job::Chunk(chunk), Some(packed)) => output.chunk(chunk, packed).and_then(|()| output.flush()),
+                    (Job::Attachment(attachment), _) => output.attach(attachment),
+                    (Job::Metadata(name, metadata), _) => output.metadata(name, metadata),
+                    (Job::Chunk(_), None) => Ok(()),
+                }),
+                None => Ok(()),
+            };
+            if let Err(error) = written {
+                return self.fail(error);
+            }
+            let mut state = lock(&self.state);
+            state.turn += 1;
+            if let Job::Chunk(mut chunk) = job {
+                chunk.clear();
+                state.spare.push(chunk);
+            }
+            drop(state);
+            self.progress.notify_all();
+        }
+    }
+
+    /// The next job; waits for one. `None` if none comes any more.
+    fn take(&self) -> Option<(u64, Job)> {
+        let is_idle = |state: &mut State| state.jobs.is_empty() && !state.closed;
+        let waited = self.work.wait_while(lock(&self.state), is_idle);
+        let job = waited.unwrap_or_else(PoisonError::into_inner).jobs.pop_front();
+        self.progress.notify_all();
+        job
+    }
+}

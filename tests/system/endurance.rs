@@ -1,0 +1,70 @@
+//! Long runs: memory that does not grow, and no step that never ends beside programs that keep all cores busy.
+
+use std::process::{Child, Command, Stdio};
+
+use crate::engine::status;
+use crate::program::{Folder, children, wait_until};
+
+/// Most memory that a process may have for itself, bytes.
+const PRIVATE: u64 = 15_000_000;
+/// What the memory of a participant may grow by from the first third of a run to its end, bytes: the noise of pages.
+const GROWTH: u64 = 200_000;
+/// The same for the orchestrator. If the disk is slow for a while, more chunks of the log are in memory from then on, eleven at
+/// most; the entries of the chunks in the summary of the log are 4 bytes per step.
+const ORCHESTRATOR_GROWTH: u64 = 6_000_000;
+
+/// Memory that a process shares with nobody, bytes.
+fn private(pid: u32) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).expect("a process that lives");
+    let lines = text.lines().filter(|line| line.starts_with("Private_"));
+    lines.filter_map(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok()).sum::<u64>() * 1024
+}
+
+#[test]
+fn ten_minutes_do_not_grow_any_memory() {
+    let folder = Folder::new();
+    let mut run = folder.start(&["run", "uav", "--duration", "600", "-q", "--out", "a.mcap"]);
+    wait_until("the run answers", || status(&folder, &run).is_some());
+    let (name, _) = status(&folder, &run).expect("a status");
+    let memory_after = |steps: u64| {
+        let done = || status(&folder, &run).and_then(|(_, json)| json["steps"].as_u64()) >= Some(steps);
+        wait_until("the steps are done", done);
+        folder.run(&["ctl", "pause", &name]);
+        let memory: Vec<u64> = std::iter::once(run.id()).chain(children(run.id())).map(private).collect();
+        folder.run(&["ctl", "resume", &name]);
+        memory
+    };
+    let (early, late) = (memory_after(20_000), memory_after(57_000));
+    folder.run(&["ctl", "stop", &name]);
+    run.wait().expect("an end");
+    assert_eq!((early.len(), late.len()), (15, 15));
+    assert!(late.iter().all(|bytes| *bytes < PRIVATE), "{late:?}");
+    for (process, (early, late)) in early.iter().zip(&late).enumerate() {
+        let most = if process == 0 { ORCHESTRATOR_GROWTH } else { GROWTH };
+        assert!(*late < early + most, "process {process} had {early} bytes and has {late}");
+    }
+}
+
+/// Programs that do nothing but compute, ended with this.
+struct Busy(Vec<Child>);
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        for child in &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+#[test]
+fn no_step_hangs_beside_four_busy_programs() {
+    let folder = Folder::new();
+    let busy =
+        |_| Command::new("sh").args(["-c", "while :; do :; done"]).stdin(Stdio::null()).spawn().expect("a shell");
+    let busy = Busy((0..4).map(busy).collect());
+    let run = folder.run(&["run", "uav", "--dt", "0.001", "--duration", "20", "-q", "--json", "--no-log"]).json();
+    drop(busy);
+    // A step that hangs ends the run by its deadline of 10 s.
+    assert_eq!((run["steps"].as_u64(), run["ok"].as_bool()), (Some(20_000), Some(true)), "{run}");
+}
