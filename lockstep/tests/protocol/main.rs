@@ -44,7 +44,8 @@ fn a_death_at_any_time_ends_everybody() {
 #[test]
 fn a_worker_that_dies_at_any_time_can_be_replaced() {
     // The states of four workers, of whom each may die at every access, are too many.
-    for (sizes, ahead) in [(&[2] as &[u8], 1), (&[1, 1], 1), (&[3], 0), (&[1, 2], 0), (&[2, 1], 0)] {
+    let cases: [(&[u8], u8); 5] = [(&[2], 1), (&[1, 1], 1), (&[3], 0), (&[1, 2], 0), (&[2, 1], 0)];
+    for (sizes, ahead) in cases {
         assert_sound(Run { sizes, steps: 2, ahead, ordeal: Ordeal::Replacement, flaw: None });
     }
 }
