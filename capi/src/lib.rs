@@ -6,6 +6,7 @@
 mod mathematics;
 mod participant;
 mod scenario;
+mod signals;
 
 use std::ffi::{CStr, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -50,10 +51,7 @@ extern "C" fn phalanx_abi_version() -> u32 {
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_open(role: *const c_char) -> Box<Participant> {
-    let opened = catch_unwind(|| match text(role, "role") {
-        Ok(role) => Participant::open(role),
-        Err(message) => Participant::nowhere(&message),
-    });
+    let opened = catch_unwind(|| Participant::open(text(role, "role")));
     Box::new(opened.unwrap_or_else(|_| Participant::nowhere("the library panicked; what it printed says where")))
 }
 

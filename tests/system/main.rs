@@ -4,6 +4,7 @@ mod engine;
 mod faults;
 mod look;
 mod mistakes;
+mod own_programs;
 mod program;
 mod readers;
 mod runs;
