@@ -139,6 +139,18 @@ impl<'a> Io<'a> {
         &mut self.output(signal.port)[signal.offset..signal.offset + signal.length]
     }
 
+    /// Where the values of an input are, for another language. Valid, as is that of [`Io::output_pointer`], until the step is
+    /// done.
+    pub fn input_pointer(&self, signal: Slice) -> *const f64 {
+        let (channel, timing) = self.ports.inputs[signal.port];
+        self.store.pointer(channel, self.step, timing, signal.offset, signal.length)
+    }
+
+    /// Where the values of an output belong, for another language.
+    pub fn output_pointer(&mut self, signal: Slice) -> *mut f64 {
+        self.store.pointer_mut(self.ports.outputs[signal.port], self.step, signal.offset, signal.length)
+    }
+
     fn input(&self, port: usize) -> &[f64] {
         let (channel, timing) = self.ports.inputs[port];
         match timing {

@@ -1,6 +1,6 @@
 //! The samples of one process: two of every channel, that of the current step and that of the one before.
 
-use crate::{ChannelId, Header, Layout, Status};
+use crate::{ChannelId, Header, Layout, Status, Timing};
 
 /// Samples of the current and of the previous step, of every channel, in one block of memory.
 ///
@@ -49,6 +49,36 @@ impl Store {
     pub fn write(&mut self, channel: ChannelId, step: u64) -> &mut [f64] {
         let (start, length) = self.span(channel, step);
         &mut self.words[start..start + length]
+    }
+
+    /// Where `length` words at `offset` in the sample are that a reader of this timing sees at `step`.
+    ///
+    /// Nothing but the words themselves is referred to, so that pointers to other samples stay valid.
+    pub(crate) fn pointer(
+        &self,
+        channel: ChannelId,
+        step: u64,
+        timing: Timing,
+        offset: usize,
+        length: usize,
+    ) -> *const f64 {
+        let sample = if timing == Timing::Delayed { step.checked_sub(1) } else { Some(step) };
+        match sample {
+            Some(sample) => self.words.as_ptr().wrapping_add(self.place(channel, sample, offset, length)),
+            None => self.zeros.as_ptr(),
+        }
+    }
+
+    /// Where `length` words at `offset` in the sample of `step` belong; see [`Store::pointer`].
+    pub(crate) fn pointer_mut(&mut self, channel: ChannelId, step: u64, offset: usize, length: usize) -> *mut f64 {
+        let place = self.place(channel, step, offset, length);
+        self.words.as_mut_ptr().wrapping_add(place)
+    }
+
+    fn place(&self, channel: ChannelId, step: u64, offset: usize, length: usize) -> usize {
+        let (start, words) = self.span(channel, step);
+        assert!(offset + length <= words, "a signal ends beyond its sample");
+        start + offset
     }
 
     /// The header of the sample of `step`; `None` if the channel's writer has not run yet.

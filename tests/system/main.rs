@@ -7,6 +7,7 @@ mod keys;
 mod look;
 mod matrix;
 mod mistakes;
+mod own_programs;
 mod program;
 mod readers;
 mod recovery;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use lockstep::{Network, Participant, Plan};
+use lockstep::{Network, Node, Participant, Plan};
 
 use super::assembly::{node_name, read_component};
 use super::{Bind, Kind, Refusal, Role, Signals};
@@ -90,12 +90,44 @@ pub fn serve<P: Participant + 'static>(
     })
 }
 
-fn load_scenario() -> Result<Scenario, String> {
+/// The effective scenario of the run that this process is part of: variant and overrides are in it.
+///
+/// # Errors
+/// Says why it cannot be read; outside a run there is none.
+pub fn load_scenario() -> Result<Scenario, String> {
     Scenario::load(SCENARIO_FILE, &scenario_text()?, &Selection::default()).map_err(first)
 }
 
 fn first(problems: Vec<Problem>) -> String {
     problems.first().map(Problem::to_string).unwrap_or_default()
+}
+
+/// The place that a participant of another program takes in a planned network.
+#[derive(Clone, Debug)]
+pub struct Station {
+    /// The agents (from 0) that it serves.
+    pub agents: Vec<usize>,
+    /// Its node as planned.
+    pub node: Node,
+    signals: Signals,
+    role: Role,
+}
+
+impl Station {
+    /// The place of node number `node`.
+    ///
+    /// # Errors
+    /// Says that the node is of another role.
+    pub fn new(scenario: &Scenario, plan: &Plan, role: Role, node: usize) -> Result<Self, String> {
+        let planned = &plan.network.nodes[node];
+        let agents = agents_of(scenario, role, &planned.name)?;
+        Ok(Self { agents, node: planned.clone(), signals: signals_of(&plan.network), role })
+    }
+
+    /// Offers the signals that the planned node reads and writes, to a participant that messages call `kind`.
+    pub fn bind<'a>(&'a self, kind: &'a str) -> Bind<'a> {
+        Bind::adopt(&self.signals, self.role, kind, &self.node)
+    }
 }
 
 /// Builds the participant of a node on the ports that the plan gives it.
@@ -107,11 +139,8 @@ fn build(
     kind: &str,
     make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
 ) -> Result<Box<dyn Participant>, String> {
-    let signals = signals_of(&plan.network);
-    let planned = &plan.network.nodes[node];
-    let agents = agents_of(scenario, role, &planned.name)?;
-    let mut bind = Bind::adopt(&signals, role, kind, planned);
-    make(&agents, &mut bind).map_err(|refusal| refusal.to_string())
+    let station = Station::new(scenario, plan, role, node)?;
+    make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())
 }
 
 /// The agents (from 0) that the node called `name` serves.

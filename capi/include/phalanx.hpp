@@ -1,0 +1,236 @@
+// Phalanx for C++17: a thin layer over phalanx.h, which documents what everything means.
+//
+//     int main() {
+//         return phalanx::serve("controller", [](phalanx::Participant &me) {
+//             auto position = me.state<3>("position");
+//             auto target = me.reference<3>("position");
+//             auto input = me.out<3>("input");
+//             while (me.next()) {
+//                 for (int j = 0; j < 3; ++j) input[j] = 0.5 * (target[j] - position[j]);
+//                 me.done();
+//             }
+//         });
+//     }
+//
+// What fails throws phalanx::Error; serve catches it, and whatever else is thrown, and tells the run.
+#ifndef PHALANX_HPP
+#define PHALANX_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <string>
+
+#include "phalanx.h"
+
+namespace phalanx {
+
+// What went wrong, in words.
+class Error : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+class Participant;
+
+// A signal of N numbers to read. Its numbers stay where they are in shared steps; nothing is copied.
+template <std::size_t N> class In {
+  public:
+    double operator[](std::size_t index) const { return data()[index]; }
+    // The N numbers, valid until done().
+    const double *data() const;
+    static constexpr std::size_t size() { return N; }
+
+  private:
+    friend class Participant;
+    In(const Participant &owner, int handle) : owner_(&owner), handle_(handle) {}
+    const Participant *owner_;
+    int handle_;
+    // Where the numbers are, and when that was asked.
+    mutable const double *numbers_ = nullptr;
+    mutable std::uint64_t asked_ = 0;
+};
+
+// A signal of N numbers to write; every one of them in every step.
+template <std::size_t N> class Out {
+  public:
+    double &operator[](std::size_t index) const { return data()[index]; }
+    // The place of the N numbers, valid until done().
+    double *data() const;
+    static constexpr std::size_t size() { return N; }
+
+  private:
+    friend class Participant;
+    Out(const Participant &owner, int handle) : owner_(&owner), handle_(handle) {}
+    const Participant *owner_;
+    int handle_;
+    mutable double *numbers_ = nullptr;
+    mutable std::uint64_t asked_ = 0;
+};
+
+// The place of this process in the run that started it. Not to be copied or moved: its signals refer to it.
+class Participant {
+  public:
+    // Throws Error if this process was not started by a run, or by one of another version.
+    explicit Participant(const char *role) : handle_(phalanx_open(role)) {
+        try {
+            check();
+            check_version();
+        } catch (...) {
+            close();
+            throw;
+        }
+    }
+    ~Participant() { close(); }
+    Participant(const Participant &) = delete;
+    Participant &operator=(const Participant &) = delete;
+
+    // Number of the agent, from 1; 0 for a participant that serves all of them.
+    int agent() const { return phalanx_agent(handle_); }
+    // Number of agents in the scenario.
+    int agents() const { return phalanx_agents(handle_); }
+    // Its name in the run, such as "controller_3".
+    std::string name() const { return phalanx_name(handle_); }
+    // Length of a step in seconds.
+    double dt() const { return phalanx_dt(handle_); }
+    // Number of steps of the run.
+    std::uint64_t steps() const { return phalanx_steps(handle_); }
+
+    // Whether the scenario has a value of that name, "controller.c_p".
+    bool has(const std::string &name) const { return phalanx_has(handle_, name.c_str()) != 0; }
+    // A number of the scenario.
+    double number(const std::string &name) const { return checked(phalanx_number(handle_, name.c_str())); }
+    // A number of the scenario, or `otherwise` if it has none of that name.
+    double number(const std::string &name, double otherwise) const { return has(name) ? number(name) : otherwise; }
+    // A text of the scenario.
+    std::string text(const std::string &name) const { return checked(phalanx_text(handle_, name.c_str())); }
+    // Number of elements of a list of the scenario.
+    int length(const std::string &name) const { return checked(phalanx_length(handle_, name.c_str())); }
+    // A number of the nominal model of an agent's vehicle, "m".
+    double model(const std::string &name, int agent = 0) const {
+        return checked(phalanx_model(handle_, agent, name.c_str()));
+    }
+
+    // A signal of the plant, of this step; `agent` counts from 1, 0 is the participant's own.
+    template <std::size_t N> In<N> state(const char *signal, int agent = 0) const {
+        return input<N>("state", signal, agent);
+    }
+    // A signal of the planner, of this step.
+    template <std::size_t N> In<N> reference(const char *signal, int agent = 0) const {
+        return input<N>("reference", signal, agent);
+    }
+    // A signal of an observer, of this step.
+    template <std::size_t N> In<N> estimate(const char *signal, int agent = 0) const {
+        return input<N>("estimate", signal, agent);
+    }
+    // A signal of a controller, of the step before.
+    template <std::size_t N> In<N> command_before(const char *signal, int agent = 0) const {
+        return input<N>("command", signal, agent);
+    }
+    // A signal that this participant publishes.
+    template <std::size_t N> Out<N> out(const char *signal, int agent = 0) const {
+        return Out<N>(*this, checked(phalanx_output(handle_, agent, signal, static_cast<int>(N))));
+    }
+
+    // Waits for the next step; false after the last one.
+    bool next() {
+        ++moves_;
+        if (phalanx_next(handle_) != 0) return true;
+        check();
+        return false;
+    }
+    // Number of the step in progress, from 0.
+    std::uint64_t step() const { return phalanx_step(handle_); }
+    // Simulated time at its start, in seconds.
+    double time() const { return phalanx_time(handle_); }
+    // Publishes the outputs.
+    void done() {
+        ++moves_;
+        if (phalanx_done(handle_) == 0) check();
+    }
+    // Ends the run with these words.
+    [[noreturn]] void fail(const std::string &message) const {
+        phalanx_fail(handle_, message.c_str());
+        throw Error(message);
+    }
+
+    // Leaves the run; returns the exit code for main. Nothing but the destructor may follow.
+    int close() {
+        phalanx_participant *handle = handle_;
+        handle_ = nullptr;
+        return handle == nullptr ? 0 : phalanx_close(handle);
+    }
+    // The participant as phalanx.h knows it.
+    phalanx_participant *handle() const { return handle_; }
+
+  private:
+    template <std::size_t> friend class In;
+    template <std::size_t> friend class Out;
+
+    template <std::size_t N> In<N> input(const char *channel, const char *signal, int agent) const {
+        return In<N>(*this, checked(phalanx_input(handle_, channel, agent, signal, static_cast<int>(N))));
+    }
+    template <class Value> Value checked(Value value) const {
+        check();
+        return value;
+    }
+    void check() const {
+        const char *error = phalanx_error(handle_);
+        if (*error != '\0') throw Error(error);
+    }
+
+    void check_version() const {
+        const auto library = phalanx_abi_version();
+        if (library == PHALANX_ABI_VERSION) return;
+        fail("the library phalanx has version " + std::to_string(library) +
+             " of its interface, but this program was compiled for version " + std::to_string(PHALANX_ABI_VERSION));
+    }
+
+    phalanx_participant *handle_;
+    // How often a step has begun or ended: pointers of before are not valid any more.
+    std::uint64_t moves_ = 1;
+};
+
+template <std::size_t N> const double *In<N>::data() const {
+    if (asked_ != owner_->moves_) {
+        numbers_ = phalanx_read(owner_->handle_, handle_);
+        if (numbers_ == nullptr) owner_->check();
+        asked_ = owner_->moves_;
+    }
+    return numbers_;
+}
+
+template <std::size_t N> double *Out<N>::data() const {
+    if (asked_ != owner_->moves_) {
+        numbers_ = phalanx_write(owner_->handle_, handle_);
+        if (numbers_ == nullptr) owner_->check();
+        asked_ = owner_->moves_;
+    }
+    return numbers_;
+}
+
+// The whole main of a program: opens the participant, does `work` with it, and tells the run if that throws.
+template <class Work> int serve(const char *role, Work work) {
+    try {
+        Participant me(role);
+        try {
+            work(me);
+        } catch (const Error &error) {
+            std::fprintf(stderr, "%s\n", error.what());
+        } catch (const std::exception &exception) {
+            phalanx_fail(me.handle(), exception.what());
+        } catch (...) {
+            phalanx_fail(me.handle(), "something was thrown that is no std::exception");
+        }
+        return me.close();
+    } catch (const Error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return 2;
+    }
+}
+
+} // namespace phalanx
+
+#endif
