@@ -32,7 +32,7 @@ with phalanx.Participant() as me:
     shown = [me.output(name, 3) for name in ("attitude_reference", "xi1", "xi2", "sliding_position", "sliding_attitude")]
     for step in me:
         values = [signal.value for signal in inputs]
-        command.value[0] = 20.0
+        command.value[:] = 20.0
         for output in shown:
             output.value[:] = values[3]
 """
