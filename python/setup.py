@@ -5,6 +5,7 @@ repository around this folder, the package is installed without it: logs can be 
 a run is told how to name a library (see `phalanx/_library.py`).
 """
 
+import json
 import shutil
 import subprocess
 import sys
@@ -37,13 +38,10 @@ class BuildWithLibrary(build_py):
 def built_library() -> Path:
     """Runs Cargo and returns the path of the library, which Cargo itself tells."""
     # JSON of every artifact goes to stdout, progress and errors to stderr.
-    command = ["cargo", "rustc", "--release", "--package", "capi", "--lib", "--message-format=json-render-diagnostics"]
-    command += ["--crate-type", "cdylib"]
+    command = ["cargo", "build", "--release", "--package", "capi", "--message-format=json-render-diagnostics"]
     finished = subprocess.run(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True)
     if finished.returncode != 0:
         sys.exit(f"cargo could not build {LIBRARY}; try `cargo build --release --package capi` in {REPOSITORY}")
-    import json
-
     artifacts = (json.loads(line) for line in finished.stdout.splitlines() if line.startswith("{"))
     files = [Path(file) for artifact in artifacts for file in artifact.get("filenames", [])]
     return next(file for file in reversed(files) if file.name == LIBRARY)

@@ -47,7 +47,7 @@ def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, varia
 
 def test_a_participant_knows_where_it_is_and_its_views_outlive_it(swapped) -> None:
     done = swapped(TELLING)
-    assert done.code == 0, done.stderr
+    assert done.has_flown, done.stderr
     for line in (
         "me controller_3 3 6 0.01 51",
         "values 2.0 logistic 6",
@@ -83,7 +83,7 @@ MISTAKES = {
     "fail": (START + LOOP + "            me.fail('the target is out of reach')", ["the target is out of reach", "step 7"]),
     "nan": (START + LOOP + "            command.value[2] = float('nan')", ["input[2] is NaN", "step 7"]),
     "shape": (START + LOOP + "            command.value = [1.0]", ["`input` takes 4 numbers", "(1,)", "mine.py", "step 7"]),
-    "bug": (START + LOOP + "            1 / 0", ["ZeroDivisionError", "line 8 of", "mine.py", "step 7"]),
+    "bug": (START + LOOP + "            1 / 0", ["ZeroDivisionError", "line 9 of", "mine.py", "step 7"]),
     "readonly": (START + LOOP + "            position.value[0] = 1", ["read-only", "mine.py", "step 7"]),
     "unwritten": (START + "    for step in me:\n        pass", ["`input` was not written", "step 0"]),
     "syntax": ("import phalanx\nwith phalanx.Participant( as me:", ["SyntaxError"]),
