@@ -96,6 +96,8 @@ def test_a_mistake_ends_the_run_in_words(swapped, mistake: str) -> None:
     done = swapped(source)
     assert done.code == 3, done.stderr
     assert "controller_3" in done.stderr
+    if mistake != "syntax":
+        assert "Traceback" in done.stderr, "the program was not told"
     said = done.stderr.split("error: ")[-1]
     for word in words:
         assert word in said, done.stderr
