@@ -27,12 +27,15 @@ class BuildWithLibrary(build_py):
         # An installation that points back here (`pip install -e`) finds the library in the folder `target`.
         if self.editable_mode:
             return
+        target = Path(self.build_lib) / "phalanx" / LIBRARY
+        # An earlier build in this folder may have left one, which would not fit.
+        target.unlink(missing_ok=True)
         if not (REPOSITORY / "capi" / "Cargo.toml").is_file():
             self.warn(f"no crate capi in {REPOSITORY}: installed without {LIBRARY}")
         elif shutil.which("cargo") is None:
             self.warn(f"no cargo in PATH: installed without {LIBRARY}")
         else:
-            shutil.copy2(built_library(), Path(self.build_lib) / "phalanx" / LIBRARY)
+            shutil.copy2(built_library(), target)
 
 
 def built_library() -> Path:

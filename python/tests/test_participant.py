@@ -36,11 +36,11 @@ print("kept", all(np.isfinite(view).all() for view in kept), file=sys.stderr)
 """
 
 
-@pytest.mark.parametrize("variant", ["TSC", "TOC", "multirate"])
-def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, variant: str) -> None:
+@pytest.mark.parametrize(("variant", "node"), [("TSC", "controller.3"), ("TOC", "controller_6"), ("multirate", "controller.1")])
+def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, variant: str, node: str) -> None:
     flight = ("run", "uav", "--variant", variant, "--duration", "3", "-q", "--json")
     ours = run(*flight, "--out", "ours.mcap").json
-    swap = f"controller.3='{sys.executable}' '{EXAMPLE}'"
+    swap = f"{node}='{sys.executable}' '{EXAMPLE}'"
     theirs = run(*flight, "--out", "theirs.mcap", "--swap", swap).json
     assert theirs["sha256"] == ours["sha256"]
 
@@ -56,6 +56,31 @@ def test_a_participant_knows_where_it_is_and_its_views_outlive_it(swapped) -> No
         "kept True",
     ):
         assert line in done.stderr
+
+
+# An observer that knows nothing.
+BLIND = """
+import phalanx
+with phalanx.Participant("observer") as me:
+    names = {"disturbance": 6, "weight_norm": 1, "velocity": 6, "position": 6}
+    outputs = [me.output(name, length) for name, length in names.items()]
+    for step in me:
+        for output in outputs:
+            output.value = [0.25] * len(output)
+"""
+
+
+def test_an_observer_can_be_replaced_too(run, swapped) -> None:
+    done = swapped(BLIND, node="observer.2")
+    assert done.has_flown, done.stderr
+    last = run("echo", "mine.mcap", "agent_2/estimate", "disturbance", "--at", "0.5").stdout.split()
+    assert last.count("0.25") == 6, last
+
+
+def test_who_serves_all_agents_names_one(swapped) -> None:
+    source = "import phalanx\nme = phalanx.Participant('planner')\nassert me.agent == 0\nme.output('position', 3)"
+    done = swapped(source, node="planner")
+    assert done.code == 3 and "serves all agents; name one" in done.stderr, done.stderr
 
 
 START = """

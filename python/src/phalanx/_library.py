@@ -17,6 +17,9 @@ ABI_VERSION = 1
 class PhalanxError(Exception):
     """What is wrong, in words. The run has been told the same."""
 
+    # What a traceback calls it.
+    __module__ = "phalanx"
+
 
 # What each function returns and takes, as in phalanx.h.
 _SIGNATURES = {
