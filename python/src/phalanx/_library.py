@@ -7,6 +7,7 @@ import os
 from ctypes import c_char_p, c_double, c_int, c_uint32, c_uint64, c_void_p
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 NAME = "libphalanx.so"
 VARIABLE = "PHALANX_LIBRARY"
@@ -70,6 +71,10 @@ def candidates() -> list[Path]:
 
 class Library:
     """The functions of phalanx.h, as attributes without `phalanx_` in front."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Only what `__init__` has not set comes here.
+        raise AttributeError(f"phalanx.h has no function `phalanx_{name}`")
 
     def __init__(self, path: Path) -> None:
         try:

@@ -17,8 +17,9 @@ from __future__ import annotations
 import ctypes
 import math
 import traceback
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Iterator, NamedTuple
+from typing import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +29,8 @@ from ._library import Library, PhalanxError, library
 __all__ = ["Input", "Output", "Participant", "PhalanxError", "Step"]
 
 
-class Step(NamedTuple):
+@dataclass(slots=True)
+class Step:
     """Where the run stands."""
 
     #: Number of the step, from 0.
@@ -46,7 +48,7 @@ class _Handle:
 
     def error(self) -> str:
         """What went wrong last; empty if nothing has."""
-        return self.functions.error(self.pointer).decode(errors="replace")
+        return str(self.functions.error(self.pointer).decode(errors="replace"))
 
     def __del__(self) -> None:
         self.functions.close(self.pointer)
@@ -69,7 +71,7 @@ class _Signal:
             raise PhalanxError(self._handle.error() or f"`{self.name}` has a value only within a step")
         memory = (ctypes.c_double * self._length).from_address(address)
         memory.handle = self._handle  # type: ignore[attr-defined]  # The view keeps the memory, and that its owner.
-        view = np.frombuffer(memory, dtype=np.float64)
+        view: NDArray[np.float64] = np.frombuffer(memory, dtype=np.float64)  # type: ignore[call-overload]
         view.flags.writeable = writeable
         self._views[address] = view
         return view
@@ -130,27 +132,27 @@ class Participant:
     @property
     def name(self) -> str:
         """Name of the participant in the run, `controller_3`."""
-        return self._functions.name(self._handle.pointer).decode()
+        return str(self._functions.name(self._handle.pointer).decode())
 
     @property
     def agent(self) -> int:
         """Number of the agent, from 1; 0 for a participant that serves all of them."""
-        return self._functions.agent(self._handle.pointer)
+        return int(self._functions.agent(self._handle.pointer))
 
     @property
     def agents(self) -> int:
         """Number of agents in the scenario."""
-        return self._functions.agents(self._handle.pointer)
+        return int(self._functions.agents(self._handle.pointer))
 
     @property
     def dt(self) -> float:
         """Length of a step, in s."""
-        return self._functions.dt(self._handle.pointer)
+        return float(self._functions.dt(self._handle.pointer))
 
     @property
     def steps(self) -> int:
         """Number of steps of the run."""
-        return self._functions.steps(self._handle.pointer)
+        return int(self._functions.steps(self._handle.pointer))
 
     # -- Values of the scenario -------------------------------------------------------------------------------------------
 
@@ -167,7 +169,7 @@ class Participant:
         found = self._functions.text(self._handle.pointer, name.encode())
         if found is None:
             self._raise_error()
-        return found.decode()
+        return str(found.decode())
 
     def length(self, name: str) -> int:
         """Number of elements of a list of the scenario."""
