@@ -44,6 +44,8 @@ class _Handle:
 
     def __init__(self, functions: Library, role: str) -> None:
         self.functions = functions
+        # NULL, which phalanx_close takes too, if there is no opening it.
+        self.pointer: int | None = None
         self.pointer = functions.open(role.encode())
 
     def error(self) -> str:
