@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples/controller-python/uav_controller.py"
+REPOSITORY = Path(__file__).resolve().parents[2]
+EXAMPLE = REPOSITORY / "examples/controller-python/uav_controller.py"
 
 # A controller that only tells what it finds; what it prints goes to the stderr of the run.
 TELLING = """
@@ -43,6 +44,14 @@ def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, varia
     swap = f"{node}='{sys.executable}' '{EXAMPLE}'"
     theirs = run(*flight, "--out", "theirs.mcap", "--swap", swap).json
     assert theirs["sha256"] == ours["sha256"]
+
+
+@pytest.mark.parametrize("page", ["python/README.md", "docs/adding-a-controller.md"])
+def test_the_controllers_of_the_documentation_fly(swapped, page: str) -> None:
+    shown = (REPOSITORY / page).read_text().split("```python\n")[1:]
+    assert len(shown) == 1
+    done = swapped(shown[0].split("```")[0])
+    assert done.has_flown, done.stderr
 
 
 def test_a_participant_knows_where_it_is_and_its_views_outlive_it(swapped) -> None:
