@@ -1,0 +1,263 @@
+"""A program in Python in the place of a participant of a run.
+
+    import phalanx
+
+    with phalanx.Participant() as me:
+        position, target = me.state("position", 3), me.reference("position", 3)
+        command = me.output("input", 3)
+        gain = me.number("controller.k_x")
+        for step in me:
+            command.value = gain * (target.value - position.value)
+
+and then: phalanx run SCENARIO --swap "controller.3=python3 my_controller.py"
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import traceback
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._library import Library, PhalanxError, library
+
+__all__ = ["Input", "Output", "Participant", "PhalanxError", "Step"]
+
+
+@dataclass(slots=True)
+class Step:
+    """Where the run stands."""
+
+    #: Number of the step, from 0.
+    index: int
+    #: Simulated time at the start of the step, in s.
+    time: float
+
+
+class _Handle:
+    """The participant on the side of the library. It lives as long as anything that looks at its memory."""
+
+    def __init__(self, functions: Library, role: str) -> None:
+        self.functions = functions
+        # NULL, which phalanx_close takes too, if there is no opening it.
+        self.pointer: int | None = None
+        self.pointer = functions.open(role.encode())
+
+    def error(self) -> str:
+        """What went wrong last; empty if nothing has."""
+        return str(self.functions.error(self.pointer).decode(errors="replace"))
+
+    def __del__(self) -> None:
+        self.functions.close(self.pointer)
+
+
+class _Signal:
+    """A signal of the run: views onto the two places between which its samples alternate."""
+
+    def __init__(self, handle: _Handle, number: int, name: str, length: int) -> None:
+        self._handle, self._number, self._length = handle, number, length
+        self._views: dict[int, NDArray[np.float64]] = {}
+        #: What the signal is called, `position`.
+        self.name = name
+
+    def __len__(self) -> int:
+        return self._length
+
+    def _view(self, address: int | None, writeable: bool) -> NDArray[np.float64]:
+        if not address:
+            raise PhalanxError(self._handle.error() or f"`{self.name}` has a value only within a step")
+        memory = (ctypes.c_double * self._length).from_address(address)
+        memory.handle = self._handle  # type: ignore[attr-defined]  # The view keeps the memory, and that its owner.
+        view: NDArray[np.float64] = np.frombuffer(memory, dtype=np.float64)  # type: ignore[call-overload]
+        view.flags.writeable = writeable
+        self._views[address] = view
+        return view
+
+
+class Input(_Signal):
+    """A signal that the participant reads."""
+
+    @property
+    def value(self) -> NDArray[np.float64]:
+        """The numbers of this step: a view without a copy that cannot be written to. Copy what is to outlast the step."""
+        address = self._handle.functions.read(self._handle.pointer, self._number)
+        view = self._views.get(address)
+        return view if view is not None else self._view(address, writeable=False)
+
+
+class Output(_Signal):
+    """A signal that the participant writes, in every step."""
+
+    def __init__(self, handle: _Handle, number: int, name: str, length: int) -> None:
+        super().__init__(handle, number, name, length)
+        self._touched = False
+
+    @property
+    def value(self) -> NDArray[np.float64]:
+        """The place of the numbers of this step, to be filled: `output.value[:] = ...` or `output.value = ...`."""
+        self._touched = True
+        address = self._handle.functions.write(self._handle.pointer, self._number)
+        view = self._views.get(address)
+        return view if view is not None else self._view(address, writeable=True)
+
+    @value.setter
+    def value(self, numbers: ArrayLike) -> None:
+        numbers = np.asarray(numbers, dtype=np.float64)
+        if numbers.shape != (self._length,):
+            raise ValueError(f"output `{self.name}` takes {self._length} numbers in a row, found the shape {numbers.shape}")
+        self.value[:] = numbers
+
+
+class Participant:
+    """The place of this process in the run that started it.
+
+    `role` is what the program serves as: "controller", "observer", "planner" or "plant". Signals are asked for before the first
+    step; then the participant is iterated over, a step at a time. As a context (`with`) it tells the run about any exception of
+    the program, by name and step. Agents count from 1.
+
+    Raises PhalanxError if this process was not started by a run, or the run has another role for it.
+    """
+
+    def __init__(self, role: str = "controller") -> None:
+        self._functions = library()
+        self._handle = _Handle(self._functions, role)
+        self._outputs: list[Output] = []
+        self._raise_error()
+
+    # -- What the run is --------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name of the participant in the run, `controller_3`."""
+        return str(self._functions.name(self._handle.pointer).decode())
+
+    @property
+    def agent(self) -> int:
+        """Number of the agent, from 1; 0 for a participant that serves all of them."""
+        return int(self._functions.agent(self._handle.pointer))
+
+    @property
+    def agents(self) -> int:
+        """Number of agents in the scenario."""
+        return int(self._functions.agents(self._handle.pointer))
+
+    @property
+    def dt(self) -> float:
+        """Length of a step, in s."""
+        return float(self._functions.dt(self._handle.pointer))
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of the run."""
+        return int(self._functions.steps(self._handle.pointer))
+
+    # -- Values of the scenario -------------------------------------------------------------------------------------------
+
+    def has(self, name: str) -> bool:
+        """Whether the scenario as it is run, with variant and overrides, has a value of that dotted name."""
+        return bool(self._functions.has(self._handle.pointer, name.encode()))
+
+    def number(self, name: str) -> float:
+        """A number of the scenario by dotted name: `controller.c_p`, `agents.2.position.1` (lists count from 1)."""
+        return self._checked(self._functions.number(self._handle.pointer, name.encode()))
+
+    def text(self, name: str) -> str:
+        """A text of the scenario by dotted name."""
+        found = self._functions.text(self._handle.pointer, name.encode())
+        if found is None:
+            self._raise_error()
+        return str(found.decode())
+
+    def length(self, name: str) -> int:
+        """Number of elements of a list of the scenario."""
+        return self._bound(self._functions.length(self._handle.pointer, name.encode()))
+
+    def model(self, name: str, agent: int = 0) -> float:
+        """What a controller may know of the vehicle of an agent (0: its own), as formulas call it: `m`, `R`, `Jx`."""
+        return self._checked(self._functions.model(self._handle.pointer, agent, name.encode()))
+
+    # -- Signals ----------------------------------------------------------------------------------------------------------
+
+    def state(self, name: str, length: int, agent: int = 0) -> Input:
+        """A signal of the plant, of this step. `agent` 0 is the participant's own."""
+        return self.input("state", name, length, agent)
+
+    def reference(self, name: str, length: int, agent: int = 0) -> Input:
+        """A signal of the planner, of this step."""
+        return self.input("reference", name, length, agent)
+
+    def estimate(self, name: str, length: int, agent: int = 0) -> Input:
+        """A signal of an observer, of this step."""
+        return self.input("estimate", name, length, agent)
+
+    def command_before(self, name: str, length: int, agent: int = 0) -> Input:
+        """A signal of a controller, of the step before; zeros at step 0."""
+        return self.input("command", name, length, agent)
+
+    def input(self, channel: str, name: str, length: int, agent: int = 0) -> Input:
+        """The signal `name` of a channel: "state", "reference", "estimate" or "command"."""
+        number = self._functions.input(self._handle.pointer, channel.encode(), agent, name.encode(), length)
+        return Input(self._handle, self._bound(number), name, length)
+
+    def output(self, name: str, length: int, agent: int = 0) -> Output:
+        """A signal to write, as the participant that is replaced declares it."""
+        number = self._functions.output(self._handle.pointer, agent, name.encode(), length)
+        output = Output(self._handle, self._bound(number), name, length)
+        self._outputs.append(output)
+        return output
+
+    # -- Steps ------------------------------------------------------------------------------------------------------------
+
+    def __iter__(self) -> Iterator[Step]:
+        functions, pointer, outputs = self._functions, self._handle.pointer, self._outputs
+        while functions.next(pointer):
+            yield Step(functions.step(pointer), functions.time(pointer))
+            for output in outputs:
+                if not output._touched:
+                    raise PhalanxError(self._failed(f"output `{output.name}` was not written"))
+                output._touched = False
+            if not functions.done(pointer):
+                break
+        self._raise_error()
+
+    def fail(self, message: str) -> None:
+        """Ends the run with these words, because the participant cannot go on."""
+        raise PhalanxError(self._failed(message))
+
+    def __enter__(self) -> Participant:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, exception: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # The library has told the run about its own errors.
+        if isinstance(exception, Exception) and not self._handle.error():
+            # The last line of the program itself, not of this package.
+            frames = [frame for frame in traceback.extract_tb(trace) if frame.filename != __file__]
+            place = f" (line {frames[-1].lineno} of {frames[-1].filename})" if frames else ""
+            self._failed(f"{type(exception).__name__}: {exception}{place}")
+
+    # -- Errors -----------------------------------------------------------------------------------------------------------
+
+    def _failed(self, message: str) -> str:
+        self._functions.fail(self._handle.pointer, message.encode(errors="replace").replace(b"\0", b" "))
+        return message
+
+    def _raise_error(self) -> None:
+        if message := self._handle.error():
+            raise PhalanxError(message)
+
+    def _checked(self, number: float) -> float:
+        if math.isnan(number):
+            self._raise_error()
+        return number
+
+    def _bound(self, number: int) -> int:
+        if number < 0:
+            self._raise_error()
+        return number
