@@ -12,8 +12,10 @@ use crate::control::Stop;
 use crate::failure::Failure;
 use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
+use crate::robots::{Robots, add_hands};
 use crate::stress::Stress;
 use crate::swap::Swap;
+use crate::urgency::Urgency;
 
 /// How long all processes together may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
@@ -29,6 +31,8 @@ pub struct Staging {
     pub stress: Option<Stress>,
     /// How many of its last runs every process keeps for a trace.
     pub traced: u32,
+    /// How urgent they are.
+    pub urgency: Urgency,
 }
 
 /// A run that is ready for its first step.
@@ -46,6 +50,8 @@ pub enum Engine {
         conductor: Box<Conductor>,
         /// Where they run.
         home: Home,
+        /// The emulators that were started for it; they end after the bridges.
+        robots: Robots,
     },
 }
 
@@ -79,14 +85,10 @@ impl Engine {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let mut plan = Plan::new(
-            &assembly.scenario.name,
-            assembly.network.clone(),
-            timing.period_ns(),
-            timing.periods() + 1,
-            workers,
-        )
-        .map_err(RunError::from)?;
+        let mut network = assembly.network.clone();
+        add_hands(&mut network, &mut workers, &staging.swaps);
+        let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
+            .map_err(RunError::from)?;
         plan.traced = staging.traced;
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&assembly.scenario.name)?;
@@ -94,18 +96,20 @@ impl Engine {
         std::fs::write(&path, assembly.scenario.to_toml())
             .map_err(Failure::system(format!("write {}", path.display())))?;
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
+        let mut robots = Robots::default();
         let mut conductor = Conductor::new(directory, plan, Settings::default())?;
         stop.attach(conductor.interrupt());
         for worker in 0..count {
             let name = &conductor.plan().workers[worker].name;
             let mut command = match staging.swaps.iter().find(|swap| swap.node == *name) {
-                Some(swap) => swap.command(),
+                Some(swap) => robots.bridge(&program, conductor.directory().path(), swap, staging.urgency)?,
                 None => {
                     let mut command = Command::new(&program);
                     command.arg("participant");
                     command
                 }
             };
+            staging.urgency.apply(&mut command);
             if let Some(stress) = &staging.stress {
                 stress.disturb(&mut command);
             }
@@ -118,7 +122,7 @@ impl Engine {
         if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
-        Ok(Self::Processes { conductor: Box::new(conductor), home })
+        Ok(Self::Processes { conductor: Box::new(conductor), home, robots })
     }
 
     /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
@@ -126,7 +130,7 @@ impl Engine {
     /// # Errors
     /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
     pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
-        let Self::Processes { conductor, home: Home { slot: Some(slot), .. } } = self else { return Ok(None) };
+        let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self else { return Ok(None) };
         let plan = conductor.plan();
         let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
         let figures = format!(

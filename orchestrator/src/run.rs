@@ -16,7 +16,8 @@ use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
 use crate::stress::Stress;
-use crate::swap::Swap;
+use crate::swap::{RobotSwap, Swap};
+use crate::urgency::Urgency;
 
 /// How a run is carried out. None of it changes a bit of the log.
 #[derive(Clone, Debug)]
@@ -37,13 +38,21 @@ pub struct Options {
     pub trace: Option<PathBuf>,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// How urgent its processes are.
+    pub urgency: Urgency,
 }
 
 impl Options {
     /// As fast as possible, without a word, recorded into `log` if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
-        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None }
+        let urgency = Urgency::default();
+        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, stress: None, urgency }
+    }
+
+    /// Whether somebody takes part for whom time passes by itself.
+    fn has_robots(&self) -> bool {
+        self.swaps.iter().any(|swap| swap.robot.as_ref().is_some_and(RobotSwap::is_free))
     }
 
     fn staging(&self) -> Staging {
@@ -51,6 +60,7 @@ impl Options {
             placement: self.placement,
             swaps: self.swaps.clone(),
             stress: self.stress,
+            urgency: self.urgency,
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
         }
     }
@@ -71,6 +81,8 @@ pub struct Outcome {
     pub log: Option<Summary>,
     /// Why it ended before its time; the log reaches up to there.
     pub stopped: Option<RunError>,
+    /// Whether that was an emergency stop.
+    pub emergency: bool,
     /// Where its time went.
     pub usage: Snapshot,
     /// How well it kept the times that it was to keep.
@@ -99,6 +111,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         Some(path) => Some(create_log(path, assembly)?),
         None => None,
     };
+    // After it, so that the compression is not urgent.
+    options.urgency.claim();
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
@@ -164,8 +178,13 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     }
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
+    if let (Some(pace), Some(path), true) = (&pace, &options.log, options.has_robots()) {
+        let path = path.with_extension("pace.csv");
+        pace.write(&path).map_err(Failure::system(format!("write {}", path.display())))?;
+    }
     let pacing = pace.map(Pace::finish);
-    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen })
+    let emergency = stop.is_emergency();
+    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, emergency, usage, pacing, cores: chosen })
 }
 
 /// Listens for `phalanx ctl` and `phalanx top`; a run that nobody can control is better than none.

@@ -2,6 +2,7 @@
 
 mod engine;
 mod faults;
+mod hardware;
 mod look;
 mod mistakes;
 mod program;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
-use super::wishes::{read_edges, read_groups};
+use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
@@ -43,6 +43,8 @@ pub struct Scenario {
     pub groups: Vec<Vec<String>>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
+    /// Participants that something else plays, by name, `plant.2`, and what that is, as for `--swap`.
+    pub swaps: Vec<(String, String)>,
     /// Which set of metrics applies; empty if none.
     pub metrics: String,
     /// What should come out, by metric.
@@ -67,6 +69,7 @@ const SECTIONS: &[&str] = &[
     "obstacles",
     "edges",
     "placement",
+    "swap",
     "plant",
     "planner",
     "observer",
@@ -145,6 +148,7 @@ impl Scenario {
         check_rates(&root, problems);
         let groups = read_groups(&root, problems);
         let edges = read_edges(&root, problems);
+        let swaps = read_swaps(&root, problems);
         Some(Self {
             name,
             title,
@@ -156,6 +160,7 @@ impl Scenario {
             plant_per_agent,
             groups,
             edges,
+            swaps,
             metrics,
             expectations,
             root,
@@ -180,11 +185,13 @@ impl Scenario {
         self.root.to_toml()
     }
 
-    /// The same without `[placement]`, which changes no bit of the result and does not belong into a log.
+    /// The same without `[placement]`, which changes no bit of the result, and without `[swap]`, which is about who computes
+    /// and not about what: neither belongs into a log.
     pub fn to_record(&self) -> String {
         let mut root = self.root.clone();
         if let Some(table) = root.as_table_mut() {
             table.remove("placement");
+            table.remove("swap");
         }
         root.to_toml()
     }

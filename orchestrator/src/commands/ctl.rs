@@ -12,6 +12,7 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
         CtlCommand::Resume { run } => (run, "resume".into()),
         CtlCommand::Step { steps, run } => (run, format!("step {steps}")),
         CtlCommand::Stop { run } => (run, "stop".into()),
+        CtlCommand::Estop { run } => (run, "estop".into()),
         CtlCommand::Status { run } => (run, "status".into()),
     };
     let run = choose(run.name.as_deref())?;

@@ -92,12 +92,13 @@ impl Desk {
             ["pause"] => self.stop.pause(),
             ["resume"] => self.stop.resume(),
             ["stop"] => self.stop.request(),
+            ["estop"] => self.stop.emergency(),
             ["status"] => {}
             ["step", count] => match count.parse() {
                 Ok(steps) => self.stop.advance(steps),
                 Err(_) => return answer(&stream, &json!({"error": "expected a number of steps"})),
             },
-            _ => return answer(&stream, &json!({"error": "expected pause, resume, step N, stop or status"})),
+            _ => return answer(&stream, &json!({"error": "expected pause, resume, step N, stop, estop or status"})),
         }
         answer(&stream, &self.status())
     }
