@@ -87,7 +87,8 @@ impl Place {
             if !all_finite(store.read(output, step.index)) {
                 return Err(not_finite(&network.channels[output.0], store.read(output, step.index)));
             }
-            store.stamp(output, step.index, Header { agent, ..*stamp });
+            let status = if store.take_mark(output) { Status::Held as u32 } else { stamp.status };
+            store.stamp(output, step.index, Header { agent, status, ..*stamp });
         }
         Ok(())
     }

@@ -151,6 +151,17 @@ impl<'a> Io<'a> {
         self.store.pointer_mut(self.ports.outputs[signal.port], self.step, signal.offset, signal.length)
     }
 
+    /// Says that the sample to which an output belongs is not new: a measurement that did not come, for which the last one
+    /// stands. Its header says [`Status::Held`](crate::Status::Held) then, so that readers and the log can tell.
+    pub fn mark_held<const D: usize>(&mut self, signal: Out<D>) {
+        self.store.mark(self.ports.outputs[signal.port]);
+    }
+
+    /// [`Io::mark_held`] for an output of run-time length.
+    pub fn mark_slice_held(&mut self, signal: Slice) {
+        self.store.mark(self.ports.outputs[signal.port]);
+    }
+
     fn input(&self, port: usize) -> &[f64] {
         let (channel, timing) = self.ports.inputs[port];
         match timing {

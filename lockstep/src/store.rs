@@ -14,6 +14,8 @@ pub struct Store {
     /// Headers of the even-step and the odd-step sample of every channel, once there are such samples.
     headers: Vec<[Option<Header>; 2]>,
     zeros: Vec<f64>,
+    /// Channels whose sample in the making is not new.
+    marked: Vec<bool>,
 }
 
 impl Store {
@@ -28,7 +30,13 @@ impl Store {
             start += 2 * length;
             longest = longest.max(length);
         }
-        Self { words: vec![0.0; start], headers: vec![[None; 2]; spans.len()], spans, zeros: vec![0.0; longest] }
+        Self {
+            words: vec![0.0; start],
+            headers: vec![[None; 2]; spans.len()],
+            marked: vec![false; spans.len()],
+            spans,
+            zeros: vec![0.0; longest],
+        }
     }
 
     /// The sample of `step`.
@@ -89,6 +97,16 @@ impl Store {
     /// Gives the sample of `step` its header.
     pub fn stamp(&mut self, channel: ChannelId, step: u64, header: Header) {
         self.headers[channel.0][(step % 2) as usize] = Some(header);
+    }
+
+    /// Says that the sample of a channel that is being made is not new.
+    pub(crate) fn mark(&mut self, channel: ChannelId) {
+        self.marked[channel.0] = true;
+    }
+
+    /// Whether that was said; it is forgotten then.
+    pub(crate) fn take_mark(&mut self, channel: ChannelId) -> bool {
+        std::mem::take(&mut self.marked[channel.0])
     }
 
     /// Lets the sample of the step before stand for `step` too: same numbers, same time stamp, with the status that says why.

@@ -39,6 +39,7 @@ pub const SCENARIOS: &[Shipped] = shipped![
     "limited-information",
     "cida",
     "compensated",
+    "compensated-experiment",
     "lp-regulation",
     "uav",
     "mixed"

@@ -3,6 +3,7 @@
 mod engine;
 mod look;
 mod profile;
+mod robot;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,6 +14,7 @@ use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
 pub(crate) use profile::ProfileArgs;
+pub(crate) use robot::RobotArgs;
 
 use crate::commands;
 use crate::failure::{EXIT_CODES, Failure};
@@ -58,6 +60,8 @@ enum Command {
     Echo(EchoArgs),
     /// Draw signals of a log in the terminal
     Plot(PlotArgs),
+    /// Play a robot and the cameras above it at the other end of real sockets
+    Robot(RobotArgs),
     /// Close the log of a killed run, so that every tool opens it
     Recover(RecoverArgs),
     /// Remove what dead runs left in shared memory
@@ -70,6 +74,12 @@ enum Command {
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
     Participant,
+    /// Serve as the bridge to a robot in a run (started by `run`, not by hand)
+    #[command(hide = true)]
+    Bridge {
+        /// Its robot.toml
+        settings: PathBuf,
+    },
 }
 
 /// A scenario and what is changed about it.
@@ -125,6 +135,10 @@ pub(crate) struct RunArgs {
     /// Keep pace with the clock: so many simulated seconds per second
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = positive)]
     pub(crate) realtime: Option<f64>,
+    /// Let the processes of the run go before all others: SCHED_FIFO with this priority, and memory that is not swapped, where
+    /// the system permits it
+    #[arg(long, value_name = "1...99", value_parser = clap::value_parser!(u8).range(1..=99))]
+    pub(crate) rt_priority: Option<u8>,
     /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
     #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
     pub(crate) profile: Option<Option<PathBuf>>,
@@ -132,7 +146,8 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) tap: bool,
     /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
-    /// --swap "observer.2=python3 my_observer.py"; may be repeated
+    /// --swap "observer.2=python3 my_observer.py"; or a robot: --swap plant.2=hardware:robot2.toml, or one that is emulated in
+    /// a program of its own: --swap plant.2=emulator (emulator:free for one whose time passes by itself); may be repeated
     #[arg(long, value_name = "NODE=COMMAND")]
     pub(crate) swap: Vec<String>,
     /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
@@ -275,7 +290,9 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut std::io::stdout());
             Ok(())
         }
+        Command::Robot(args) => commands::robot::robot(&args),
         Command::Participant => return commands::participant::participant(),
+        Command::Bridge { settings } => return commands::bridge::bridge(&settings),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

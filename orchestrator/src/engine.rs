@@ -1,6 +1,6 @@
 //! The two ways to run a scenario: in this process, or in one process per participant.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -14,8 +14,10 @@ use crate::control::Stop;
 use crate::failure::Failure;
 use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
+use crate::robots::{Robots, add_hands};
 use crate::stress::Stress;
 use crate::swap::Swap;
+use crate::urgency::Urgency;
 
 /// All processes together may take so many deadlines of a step to connect.
 const START_DEADLINES: u32 = 3;
@@ -33,6 +35,8 @@ pub struct Staging {
     pub stress: Option<Stress>,
     /// How many of its last runs every process keeps for a trace.
     pub traced: u32,
+    /// How urgent they are.
+    pub urgency: Urgency,
 }
 
 /// A run that is ready for its first step.
@@ -60,22 +64,34 @@ pub struct Cast {
     /// This program.
     program: PathBuf,
     swaps: Vec<Swap>,
+    /// The emulators that were started for it; they end after the bridges.
+    robots: Robots,
     stress: Option<Stress>,
+    urgency: Urgency,
     /// The core that all start on.
     pub core: Option<usize>,
 }
 
 impl Cast {
-    /// The command of the worker of this name.
-    pub fn command(&self, worker: &str) -> Command {
+    /// The command of the worker of this name, for the run in `directory`; the emulator of a robot is started first.
+    ///
+    /// # Errors
+    /// [`Failure`] if that does not start.
+    pub fn command(&mut self, worker: &str, directory: &Path) -> Result<Command, Failure> {
         let mut command = match self.swaps.iter().find(|swap| swap.node == worker) {
-            Some(swap) => swap.command(),
+            Some(swap) => self.robots.bridge(&self.program, directory, swap, self.urgency)?,
             None => self.own_program(),
         };
+        self.urgency.apply(&mut command);
         if let Some(stress) = &self.stress {
             stress.disturb(&mut command);
         }
-        command
+        Ok(command)
+    }
+
+    /// Whether the worker of this name is the bridge to a robot.
+    pub fn is_robot(&self, worker: &str) -> bool {
+        self.swaps.iter().any(|swap| swap.node == worker && swap.robot.is_some())
     }
 
     /// This program as a participant.
@@ -119,14 +135,10 @@ impl Engine {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let mut plan = Plan::new(
-            &assembly.scenario.name,
-            assembly.network.clone(),
-            timing.period_ns(),
-            timing.periods() + 1,
-            workers,
-        )
-        .map_err(RunError::from)?;
+        let mut network = assembly.network.clone();
+        add_hands(&mut network, &mut workers, &staging.swaps);
+        let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
+            .map_err(RunError::from)?;
         plan.traced = staging.traced;
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&assembly.scenario.name)?;
@@ -139,11 +151,19 @@ impl Engine {
             replacements: staging.on_failure.restarts + SWAPS,
             ..Settings::default()
         };
-        let cast = Cast { program, swaps: staging.swaps.clone(), stress: staging.stress, core: home.core };
+        let mut cast = Cast {
+            program,
+            swaps: staging.swaps.clone(),
+            robots: Robots::default(),
+            stress: staging.stress,
+            urgency: staging.urgency,
+            core: home.core,
+        };
         let mut conductor = Conductor::new(directory, plan, settings)?;
         stop.attach(conductor.interrupt());
         for worker in 0..count {
-            let command = cast.command(&conductor.plan().workers[worker].name);
+            let name = &conductor.plan().workers[worker].name;
+            let command = cast.command(name, conductor.directory().path())?;
             let pid = conductor.spawn(worker, command, cast.core)?;
             if let Some(stress) = &staging.stress {
                 stress.set_priority(worker, pid);
@@ -210,6 +230,14 @@ impl Engine {
         };
         plan.into_iter()
             .flat_map(move |plan| plan.workers[worker].nodes.iter().map(|&node| plan.network.nodes[node].name.as_str()))
+    }
+
+    /// Whether a worker is the bridge to a robot.
+    pub(crate) fn is_robot(&self, worker: usize) -> bool {
+        match self {
+            Engine::Local { .. } => false,
+            Engine::Processes { cast, .. } => cast.is_robot(&self.worker_name(worker)),
+        }
     }
 
     /// The name of a worker.

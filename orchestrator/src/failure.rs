@@ -24,6 +24,12 @@ pub enum Failure {
     /// The run did not come to its end.
     #[error("the run stopped: {0}")]
     Run(RunError),
+    /// Somebody stopped the run because of an emergency.
+    #[error("emergency stop at step {step}: every robot of the run was told to stop")]
+    Emergency {
+        /// Where.
+        step: u64,
+    },
     /// The run was interrupted by Ctrl-C or a signal.
     #[error("interrupted")]
     Interrupted,
@@ -49,7 +55,7 @@ impl Failure {
         match self {
             Failure::Missed | Failure::Different => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
-            Failure::Run(_) => 3,
+            Failure::Run(_) | Failure::Emergency { .. } => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
             Failure::System { .. } => 5,
             Failure::Interrupted => 130,
@@ -69,7 +75,7 @@ Exit codes:
   0    done, every metric within its band
   1    done, but a metric is outside its band, or two logs differ
   2    the command line or the scenario is not valid; nothing was started
-  3    the run stopped early: a participant failed, hung or died; the log is kept up to there
+  3    the run stopped early: a participant failed, hung or died, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
   5    the operating system refused something
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there";

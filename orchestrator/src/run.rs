@@ -18,7 +18,8 @@ use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
 use crate::recovery::Recovery;
 use crate::stress::Stress;
-use crate::swap::Swap;
+use crate::swap::{RobotSwap, Swap};
+use crate::urgency::Urgency;
 
 /// Why a participant of a run that goes on keeps its program.
 const NOT_SWAPPED: &str = "it shares its process with others, or the run is not recorded: nothing was changed";
@@ -46,15 +47,22 @@ pub struct Options {
     pub stress: Option<Stress>,
     /// Whether every sample is published, too, for whoever looks on.
     pub tap: bool,
+    /// How urgent its processes are.
+    pub urgency: Urgency,
 }
 
 impl Options {
     /// As fast as possible, without a word, recorded into `log` if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
-        let on_failure = FailurePolicy::default();
+        let (on_failure, urgency) = (FailurePolicy::default(), Urgency::default());
         let (progress, pace, trace, stress, tap) = (false, None, None, None, false);
-        Self { placement, log, pin, swaps, progress, pace, trace, on_failure, stress, tap }
+        Self { placement, log, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency }
+    }
+
+    /// Whether somebody takes part for whom time passes by itself.
+    fn has_robots(&self) -> bool {
+        self.swaps.iter().any(|swap| swap.robot.as_ref().is_some_and(RobotSwap::is_free))
     }
 
     fn staging(&self) -> Staging {
@@ -63,6 +71,7 @@ impl Options {
             swaps: self.swaps.clone(),
             on_failure: self.on_failure.clone(),
             stress: self.stress,
+            urgency: self.urgency,
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
         }
     }
@@ -83,6 +92,8 @@ pub struct Outcome {
     pub log: Option<Summary>,
     /// Why it ended before its time; the log reaches up to there.
     pub stopped: Option<RunError>,
+    /// Whether that was an emergency stop.
+    pub emergency: bool,
     /// Where its time went.
     pub usage: Snapshot,
     /// How well it kept the times that it was to keep.
@@ -114,6 +125,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         None => None,
     };
     let mut recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
+    // After it, so that the compression is not urgent.
+    options.urgency.claim();
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
@@ -223,9 +236,25 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     }
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
+    if let (Some(pace), Some(path), true) = (&pace, &options.log, options.has_robots()) {
+        let path = path.with_extension("pace.csv");
+        pace.write(&path).map_err(Failure::system(format!("write {}", path.display())))?;
+    }
     let pacing = pace.map(Pace::finish);
     let replaced = recovery.map(Recovery::into_told).unwrap_or_default();
-    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen, replaced })
+    Ok(Outcome {
+        steps: done,
+        simulated,
+        wall,
+        processes,
+        log,
+        stopped,
+        emergency: stop.is_emergency(),
+        usage,
+        pacing,
+        cores: chosen,
+        replaced,
+    })
 }
 
 /// Listens for `phalanx ctl` and `phalanx top`; a run that nobody can control is better than none.

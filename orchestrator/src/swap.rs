@@ -1,17 +1,53 @@
 //! Programs of the user in the place of participants.
 
 use std::fmt::{self, Display, Formatter};
+use std::path::Path;
 use std::process::Command;
 
-use formation::config::nearest;
+use formation::config::{Problem, nearest};
+use hardware::message::Clock;
+use hardware::settings::Settings;
 
 /// A participant that another program plays.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Swap {
     /// Name of the node, `controller_3`.
     pub node: String,
     /// The program and its arguments.
     words: Vec<String>,
+    /// The robot, if none of the user's programs but a robot takes the place.
+    pub robot: Option<RobotSwap>,
+}
+
+/// A robot in the place of a plant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RobotSwap {
+    /// One that is there already, as its file describes it.
+    There(Box<Settings>),
+    /// An emulator that is started for the run, with the clock that it keeps.
+    Emulated(Clock),
+}
+
+impl RobotSwap {
+    /// Reads `hardware:FILE`, `emulator` or `emulator:free`; `None` for anything else.
+    fn parse(player: &str) -> Option<Result<Self, String>> {
+        match player.trim() {
+            "emulator" => return Some(Ok(Self::Emulated(Clock::Lockstep))),
+            "emulator:free" => return Some(Ok(Self::Emulated(Clock::Wall))),
+            _ => {}
+        }
+        let file = player.trim().strip_prefix("hardware:")?;
+        let list = |problems: Vec<Problem>| problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n\n");
+        Some(Settings::load(Path::new(file)).map(|settings| Self::There(Box::new(settings))).map_err(list))
+    }
+
+    /// Whether time passes for it by itself.
+    pub fn is_free(&self) -> bool {
+        match self {
+            Self::There(settings) => settings.clock == Clock::Wall,
+            Self::Emulated(clock) => *clock == Clock::Wall,
+        }
+    }
 }
 
 impl Swap {
@@ -32,11 +68,25 @@ impl Swap {
                 hint.unwrap_or_default()
             ));
         }
+        if let Some(robot) = RobotSwap::parse(command) {
+            if node.strip_prefix("plant_").is_none() {
+                return Err(format!(
+                    "--swap {text}: a robot takes the place of the plant of one agent, such as plant.2"
+                ));
+            }
+            let robot = robot.map_err(|reason| format!("--swap {text}: {reason}"))?;
+            return Ok(Self { node, words: Vec::new(), robot: Some(robot) });
+        }
         let words = split_words(command).map_err(|reason| format!("--swap {text}: {reason}"))?;
         if words.is_empty() {
             return Err(format!("--swap {text}: the command is empty"));
         }
-        Ok(Self { node, words })
+        Ok(Self { node, words, robot: None })
+    }
+
+    /// The agent that a robot is swapped for, from 1; `None` for participants that serve all.
+    pub fn agent(&self) -> Option<u32> {
+        self.node.rsplit_once('_')?.1.parse().ok()
     }
 
     /// The command that starts the program.
@@ -94,6 +144,10 @@ mod tests {
         assert!(Swap::parse("controller.2", &NODES).unwrap_err().contains("NODE=COMMAND"));
         assert!(Swap::parse("controler.2=x", &NODES).unwrap_err().contains("did you mean `controller_2`"));
         assert!(Swap::parse("plant= ", &NODES).unwrap_err().contains("empty"));
+        assert!(Swap::parse("plant=emulator", &NODES).unwrap_err().contains("such as plant.2"));
+        assert!(Swap::parse("controller.1=emulator", &NODES).unwrap_err().contains("such as plant.2"));
+        let error = Swap::parse("plant.2=hardware:nowhere.toml", &["plant_2"]).unwrap_err();
+        assert!(error.contains("cannot read nowhere.toml"), "{error}");
         assert!(Swap::parse("plant='x", &NODES).unwrap_err().contains("not closed"));
     }
 }

@@ -3,6 +3,7 @@
 mod endurance;
 mod engine;
 mod faults;
+mod hardware;
 mod keys;
 mod look;
 mod matrix;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
-use super::wishes::{read_edges, read_groups};
+use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
@@ -45,6 +45,8 @@ pub struct Scenario {
     pub on_failure: FailurePolicy,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
+    /// Participants that something else plays, by name, `plant.2`, and what that is, as for `--swap`.
+    pub swaps: Vec<(String, String)>,
     /// Which set of metrics applies; empty if none.
     pub metrics: String,
     /// What should come out, by metric.
@@ -70,6 +72,7 @@ const SECTIONS: &[&str] = &[
     "edges",
     "placement",
     "on_failure",
+    "swap",
     "plant",
     "planner",
     "observer",
@@ -148,6 +151,7 @@ impl Scenario {
         check_rates(&root, problems);
         let groups = read_groups(&root, problems);
         let edges = read_edges(&root, problems);
+        let swaps = read_swaps(&root, problems);
         Some(Self {
             name,
             title,
@@ -160,6 +164,7 @@ impl Scenario {
             groups,
             on_failure: FailurePolicy::read(&root, problems),
             edges,
+            swaps,
             metrics,
             expectations,
             root,
@@ -184,13 +189,14 @@ impl Scenario {
         self.root.to_toml()
     }
 
-    /// The same without `[placement]` and `[on_failure]`, which say how it is carried out and not what comes out: they do not
-    /// belong into a log.
+    /// The same without `[placement]`, `[on_failure]` and `[swap]`, which say who computes and how that is carried out, and
+    /// not what comes out: they do not belong into a log.
     pub fn to_record(&self) -> String {
         let mut root = self.root.clone();
         if let Some(table) = root.as_table_mut() {
             table.remove("placement");
             table.remove("on_failure");
+            table.remove("swap");
         }
         root.to_toml()
     }

@@ -1,4 +1,4 @@
-//! The sections `[edges]` and `[placement]`, as far as they can be read without knowing the participants.
+//! The sections `[edges]`, `[placement]` and `[swap]`, as far as they can be read without knowing the participants.
 
 use lockstep::Timing;
 use serde::Deserialize;
@@ -37,4 +37,20 @@ pub(super) fn read_edges(root: &Node, problems: &mut Problems) -> Vec<(String, T
         }
     }
     edges
+}
+
+/// Names of participants, and what plays them.
+pub(super) fn read_swaps(root: &Node, problems: &mut Problems) -> Vec<(String, String)> {
+    let Some(node) = root.at("swap") else { return Vec::new() };
+    let mut swaps = Vec::new();
+    for (name, player) in node.as_table().into_iter().flat_map(|table| table.iter()) {
+        match player.as_str() {
+            Some(player) => swaps.push((name.to_string(), player.to_string())),
+            None => _ = problems.at(root, "swap", format!("{name}: expected a text, found {}", player.describe())),
+        }
+    }
+    if node.as_table().is_none() {
+        problems.at(root, "swap", "expected a table such as { \"plant.2\" = \"hardware:robot2.toml\" }");
+    }
+    swaps
 }

@@ -13,5 +13,5 @@ mod wishes;
 pub use assembly::{Assembly, NodeRole, Role, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
-pub use serve::{SCENARIO_FILE, Station, load_scenario, scenario_text, serve, serve_kinds};
+pub use serve::{SCENARIO_FILE, Station, load_scenario, scenario_text, serve, serve_kinds, serve_pair};
 pub(crate) use wishes::timing_of;

@@ -90,6 +90,26 @@ pub fn serve<P: Participant + 'static>(
     })
 }
 
+/// The whole `main` of a program that takes the place of a participant of `role` and also does something at the end of a step:
+/// the second of its nodes, which publishes nothing.
+/// `make` is given the scenario's context, the number of the agent (from 0), and a [`Bind`] for each of both.
+pub fn serve_pair(
+    role: Role,
+    make: impl FnOnce(&Context, usize, &mut Bind, &mut Bind) -> Result<[Box<dyn Participant>; 2], Refusal>,
+) -> ExitCode {
+    lockstep::serve(|plan, nodes| {
+        let [first, second] = *nodes else { return Err(format!("{} nodes are planned, expected 2", nodes.len())) };
+        let scenario = load_scenario()?;
+        let signals = signals_of(&plan.network);
+        let agents = agents_of(&scenario, role, &plan.network.nodes[first].name)?;
+        let [agent] = agents[..] else { return Err(format!("it serves one agent, not {}", agents.len())) };
+        let [mut head, mut tail] =
+            [first, second].map(|node| Bind::adopt(&signals, role, "own program", &plan.network.nodes[node]));
+        let made = make(&scenario.context, agent, &mut head, &mut tail);
+        made.map(Vec::from).map_err(|refusal| refusal.to_string())
+    })
+}
+
 /// The effective scenario of the run that this process is part of: variant and overrides are in it.
 ///
 /// # Errors

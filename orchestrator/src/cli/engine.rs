@@ -74,6 +74,11 @@ pub(crate) enum CtlCommand {
         #[command(flatten)]
         run: RunName,
     },
+    /// Emergency stop: all robots of the run stop, and the run ends as failed
+    Estop {
+        #[command(flatten)]
+        run: RunName,
+    },
     /// Show how far the run is
     Status {
         #[command(flatten)]

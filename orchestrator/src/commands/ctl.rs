@@ -13,6 +13,7 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
         CtlCommand::Step { steps, run } => (run, format!("step {steps}")),
         CtlCommand::Stop { run } => (run, "stop".into()),
         CtlCommand::Swap { swap, run } => (run, format!("swap {}", from_here(swap))),
+        CtlCommand::Estop { run } => (run, "estop".into()),
         CtlCommand::Status { run } => (run, "status".into()),
     };
     let run = choose(run.name.as_deref())?;

@@ -1,5 +1,6 @@
 //! The commands of the program, a file each.
 
+pub(crate) mod bridge;
 pub(crate) mod check;
 pub(crate) mod ctl;
 pub(crate) mod doctor;
@@ -13,6 +14,7 @@ pub(crate) mod plot;
 pub(crate) mod profile;
 pub(crate) mod recover;
 pub(crate) mod report;
+pub(crate) mod robot;
 pub(crate) mod run;
 mod select;
 mod select_run;

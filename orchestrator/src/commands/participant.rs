@@ -6,9 +6,11 @@ use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
 use crate::catalog::ROLES;
+use crate::urgency::lock_memory_if_wanted;
 
 /// Builds the participants that the plan assigns to this process, and serves.
 pub(crate) fn participant() -> ExitCode {
+    lock_memory_if_wanted();
     lockstep::serve(|_, nodes| {
         let text = scenario_text()?;
         let first = |problems: Vec<formation::config::Problem>| problems[0].to_string();

@@ -8,7 +8,7 @@ use lockstep::RunError;
 use serde_json::{Value, json};
 
 use super::check::summary_line;
-use super::select::assemble;
+use super::select::assemble_for;
 use crate::cli::RunArgs;
 use crate::control::Stop;
 use crate::failure::Failure;
@@ -16,15 +16,18 @@ use crate::log::Log;
 use crate::pinning::Pin;
 use crate::placement::Placement;
 use crate::profile;
+use crate::robots;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::swap::Swap;
+use crate::swap::{RobotSwap, Swap};
+use crate::urgency::Urgency;
 use crate::verdict::Verdict;
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let assembly = assemble(&args.scenario)?;
+    let assembly = assemble_for(&args.scenario, &args.swap)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let swaps = parse_swaps(&args.swap, &assembly, placement)?;
+    robots::check(&swaps, &assembly, args.realtime)?;
     let trace = match (&args.profile, placement) {
         (None, _) | (Some(None), Placement::Single) => None,
         (Some(path), _) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
@@ -40,6 +43,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         on_failure: failure_policy(args, &assembly)?,
         stress: None,
         tap: args.tap,
+        urgency: Urgency { priority: args.rt_priority },
     };
     if !args.quiet {
         announce(&assembly, &options, log.as_deref());
@@ -71,6 +75,7 @@ fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
 
 pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
     match outcome.stopped {
+        Some(RunError::Interrupted { step }) if outcome.emergency => Err(Failure::Emergency { step }),
         Some(RunError::Interrupted { .. }) => Err(Failure::Interrupted),
         Some(error) => Err(Failure::Run(error)),
         None if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
@@ -89,7 +94,20 @@ fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> R
         return Err(Failure::Usage("--swap needs processes; leave out --placement single".into()));
     }
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
-    texts.iter().map(|text| Swap::parse(text, &names).map_err(Failure::Usage)).collect()
+    let parse = |text: &str| Swap::parse(text, &names).map_err(Failure::Usage);
+    let mut swaps: Vec<Swap> = texts.iter().map(|text| parse(text)).collect::<Result<_, _>>()?;
+    for (name, player) in &assembly.scenario.swaps {
+        let swap = parse(&format!("{name}={player}"))?;
+        let in_process = matches!(swap.robot, Some(RobotSwap::Emulated(_))) && placement == Placement::Single;
+        if placement == Placement::Single && !in_process {
+            return Err(Failure::Usage(format!("[swap] {name} needs processes; leave out --placement single")));
+        }
+        // In one process, the laboratory itself does what its emulator would do. The command line has the last word.
+        if !in_process && swaps.iter().all(|known| known.node != swap.node) {
+            swaps.push(swap);
+        }
+    }
+    Ok(swaps)
 }
 
 /// The scenario's, changed by the command line.

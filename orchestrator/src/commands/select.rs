@@ -12,8 +12,21 @@ use crate::failure::Failure;
 
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
+    assemble_for(args, &[])
+}
+
+/// The same for a run with these swaps: if one is for the plant of a single agent, every agent's plant is one of its own.
+pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
     let (file, text) = find(&args.scenario)?;
-    Ok(Assembly::load(&file, &text, &selection(args), &ROLES)?)
+    let mut selection = selection(args);
+    let single = |swap: &String| {
+        let name = swap.split('=').next().unwrap_or_default().trim().replace('.', "_");
+        name.strip_prefix("plant_").is_some_and(|agent| agent.parse::<u32>().is_ok())
+    };
+    if swaps.iter().any(single) {
+        selection.overrides.push("plant.per_agent=true".into());
+    }
+    Ok(Assembly::load(&file, &text, &selection, &ROLES)?)
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.
@@ -40,7 +53,7 @@ fn selection(args: &ScenarioArgs) -> Selection {
 }
 
 /// Name and text of a shipped scenario, or of a file.
-fn find(name: &str) -> Result<(String, String), Failure> {
+pub(super) fn find(name: &str) -> Result<(String, String), Failure> {
     if let Some(shipped) = SCENARIOS.iter().find(|shipped| shipped.name == name) {
         return Ok((shipped.file.into(), shipped.text.into()));
     }

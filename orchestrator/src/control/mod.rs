@@ -28,6 +28,8 @@ struct Shared {
     /// Whether the loop has to look at the rest before its next step.
     attention: AtomicBool,
     stopped: AtomicBool,
+    /// Whether the end was requested as an emergency.
+    emergency: AtomicBool,
     /// Ends a step that waits for a process; there is none before the processes are there.
     interrupt: OnceLock<Interrupt>,
     step: AtomicU64,
@@ -64,6 +66,7 @@ impl Stop {
         let shared = Shared {
             attention: AtomicBool::new(false),
             stopped: AtomicBool::new(false),
+            emergency: AtomicBool::new(false),
             interrupt: OnceLock::new(),
             step: AtomicU64::new(0),
             turn: Mutex::new(Turn::default()),
@@ -89,6 +92,17 @@ impl Stop {
             interrupt.raise();
         }
         self.change(|_| {});
+    }
+
+    /// Ends the run because of an emergency. It ends as by [`Stop::request`], which stops all robots, too; but as a failure.
+    pub fn emergency(&self) {
+        self.shared.emergency.store(true, Ordering::SeqCst);
+        self.request();
+    }
+
+    /// Whether the end was requested as an emergency.
+    pub fn is_emergency(&self) -> bool {
+        self.shared.emergency.load(Ordering::SeqCst)
     }
 
     /// Whether the end was requested.

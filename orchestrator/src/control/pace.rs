@@ -1,5 +1,8 @@
 //! Steps at given times: simulated time that keeps pace with the clock on the wall.
 
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::Stop;
@@ -31,13 +34,22 @@ pub(crate) struct Pace {
     origin: Instant,
     pacing: Pacing,
     classes: Box<[u32; COUNT]>,
+    /// Of every start: its step, how late it was (s), and whether the step before was not done in time.
+    starts: Vec<(u64, f64, bool)>,
 }
 
 impl Pace {
     /// Steps of `dt` simulated seconds, `factor` times as fast as the clock.
     pub(crate) fn new(dt: f64, factor: f64) -> Self {
         let pacing = Pacing::default();
-        Self { period: dt / factor, first: 0, origin: Instant::now(), pacing, classes: Box::new([0; COUNT]) }
+        Self {
+            period: dt / factor,
+            first: 0,
+            origin: Instant::now(),
+            pacing,
+            classes: Box::new([0; COUNT]),
+            starts: Vec::new(),
+        }
     }
 
     /// Counts the times from `step` and from now.
@@ -49,11 +61,12 @@ impl Pace {
     pub(crate) fn wait(&mut self, step: u64, stop: &Stop) {
         let due = Duration::from_secs_f64((step - self.first) as f64 * self.period);
         let left = due.saturating_sub(self.origin.elapsed());
-        if left.is_zero() && step > self.first {
-            self.pacing.overruns += 1;
-        }
+        let missed = left.is_zero() && step > self.first;
+        self.pacing.overruns += u64::from(missed);
         if left.is_zero() || stop.sleep(left) {
-            self.note(self.origin.elapsed().saturating_sub(due).as_secs_f64());
+            let late = self.origin.elapsed().saturating_sub(due).as_secs_f64();
+            self.note(late);
+            self.starts.push((step, late, missed));
         }
     }
 
@@ -61,6 +74,16 @@ impl Pace {
         self.pacing.steps += 1;
         self.pacing.worst = self.pacing.worst.max(late);
         self.classes[class(late)] += 1;
+    }
+
+    /// Writes a line per step: how late it started, and whether that was because the step before was not done.
+    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "step,late_ms,missed")?;
+        for (step, late, missed) in &self.starts {
+            writeln!(file, "{step},{:.4},{}", late * 1e3, u8::from(*missed))?;
+        }
+        file.flush()
     }
 
     /// How well it went.

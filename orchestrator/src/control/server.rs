@@ -103,16 +103,15 @@ impl Desk {
             ["pause"] => self.stop.pause(),
             ["resume"] => self.stop.resume(),
             ["stop"] => self.stop.request(),
+            ["estop"] => self.stop.emergency(),
             ["status"] => {}
             ["step", count] => match count.parse() {
                 Ok(steps) => self.stop.advance(steps),
                 Err(_) => return answer(&stream, &json!({"error": "expected a number of steps"})),
             },
             _ => {
-                return answer(
-                    &stream,
-                    &json!({"error": "expected pause, resume, step N, swap NODE=COMMAND, stop or status"}),
-                );
+                let expected = "expected pause, resume, step N, swap NODE=COMMAND, stop, estop or status";
+                return answer(&stream, &json!({ "error": expected }));
             }
         }
         answer(&stream, &self.status())
@@ -121,7 +120,8 @@ impl Desk {
     fn swap(&self, stream: &UnixStream, text: &str) -> io::Result<()> {
         let names: Vec<&str> = self.about.participants.iter().map(String::as_str).collect();
         let swap = match Swap::parse(text, &names) {
-            Ok(swap) => swap,
+            Ok(swap) if swap.robot.is_none() => swap,
+            Ok(_) => return answer(stream, &json!({ "error": "a robot takes part from the start or not at all" })),
             Err(reason) => return answer(stream, &json!({ "error": reason })),
         };
         match self.stop.swap(swap).recv_timeout(SWAP_PATIENCE) {

@@ -2,6 +2,7 @@
 
 mod cida;
 mod compensated;
+mod compensated_experiment;
 mod dsm;
 mod history;
 mod limited_information;
@@ -50,6 +51,7 @@ pub const SETS: &[MetricSet] = &[
     MetricSet { name: "limited-information", compute: limited_information::compute },
     MetricSet { name: "cida", compute: cida::compute },
     MetricSet { name: "compensated", compute: compensated::compute },
+    MetricSet { name: "compensated-experiment", compute: compensated_experiment::compute },
     MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
     MetricSet { name: "uav", compute: uav::compute },
     MetricSet { name: "mixed", compute: mixed::compute },

@@ -105,6 +105,10 @@ impl Recovery {
 
     /// The strictest policy of the participants that a worker hosts.
     fn policy_of(&self, engine: &Engine, worker: usize) -> OnFailure {
+        // What a robot has done cannot be done again.
+        if engine.is_robot(worker) {
+            return OnFailure::Abort;
+        }
         let policies: Vec<OnFailure> = engine.hosted(worker).map(|node| self.policy.of(node)).collect();
         let order = [OnFailure::Abort, OnFailure::Hold, OnFailure::Restart];
         order.into_iter().find(|policy| policies.contains(policy)).unwrap_or_default()
@@ -154,7 +158,14 @@ impl Recovery {
         let network = conductor.plan().network.clone();
         let mut past = Past { network: &network, tail: &self.tail, log: &self.log, recorder };
         let name = &conductor.plan().workers[worker].name;
-        let command = if comeback == Comeback::Hold { cast.own_program() } else { cast.command(name) };
+        let command = match comeback {
+            Comeback::Hold => cast.own_program(),
+            _ => cast.command(name, conductor.directory().path()).map_err(|failure| RunError::NotReplaced {
+                worker: name.clone(),
+                step: conductor.gauge().read().completed,
+                reason: failure.to_string(),
+            })?,
+        };
         conductor.replace(worker, command, cast.core, comeback, &mut past)
     }
 

@@ -1,0 +1,262 @@
+//! What the bridge knows of its robot, and how it speaks with it.
+
+use std::io;
+use std::net::UdpSocket;
+use std::time::{Duration, Instant};
+
+use crate::frame::{Frame, MAX_FRAME};
+use crate::link::{Connector, Link, LinkError, wait_readable};
+use crate::message::{Clock, MAX_INPUTS, Message};
+use crate::settings::Settings;
+use crate::tracker::Tracker;
+
+/// What became of the commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct LinkCounts {
+    pub(crate) commands: u64,
+    pub(crate) acknowledged: u64,
+    pub(crate) unsent: u64,
+    pub(crate) late: u64,
+    pub(crate) reconnections: u64,
+    pub(crate) watchdog: u64,
+}
+
+/// The state of a bridge, shared by its participants and its thread.
+pub(crate) struct Contact {
+    pub(crate) settings: Settings,
+    pub(crate) tracker: Tracker,
+    pub(crate) counts: LinkCounts,
+    pub(crate) socket: UdpSocket,
+    inputs: usize,
+    /// Time between two commands, ns.
+    period: u64,
+    link: Option<Box<dyn Link>>,
+    /// Number of the last frame that was sent.
+    sequence: u32,
+    acknowledged: Option<u32>,
+    /// Pose frames that the emulator has sent by its last acknowledgement.
+    frames: u32,
+    /// The zero of the clock of the bridge.
+    origin: Instant,
+    /// When the robot was last told something.
+    told: Option<Instant>,
+    /// Since when there is no link.
+    apart_since: Option<Instant>,
+    /// The second in which poses are counted, and how many there were.
+    rate: (u64, u32),
+    pub(crate) ended: bool,
+}
+
+impl Contact {
+    pub(crate) fn new(settings: &Settings, inputs: usize, period: u64) -> io::Result<Self> {
+        Ok(Self {
+            tracker: Tracker::new(settings.body, settings.gate),
+            counts: LinkCounts::default(),
+            socket: UdpSocket::bind(settings.mocap)?,
+            settings: settings.clone(),
+            inputs,
+            period,
+            link: None,
+            sequence: 0,
+            acknowledged: None,
+            frames: 0,
+            origin: Instant::now(),
+            told: None,
+            apart_since: None,
+            rate: (0, 0),
+            ended: false,
+        })
+    }
+
+    /// The frame that asks for control; `stamp` is the instant of the first command in lockstep.
+    pub(crate) fn hello(&self, stamp: u64) -> io::Result<Frame> {
+        let Settings { body, clock, .. } = self.settings;
+        let port = self.socket.local_addr()?.port();
+        let hello = Message::Hello { body, inputs: self.inputs as u32, period: self.period, clock, port };
+        Ok(hello.frame(self.sequence, stamp))
+    }
+
+    /// Time since the start of the bridge, ns.
+    pub(crate) fn now(&self) -> u64 {
+        self.origin.elapsed().as_nanos() as u64
+    }
+
+    /// A period of the run.
+    pub(crate) fn period(&self) -> Duration {
+        Duration::from_nanos(self.period)
+    }
+
+    pub(crate) fn is_connected(&self) -> bool {
+        self.link.is_some()
+    }
+
+    /// How long there has been no link.
+    pub(crate) fn apart(&self) -> Duration {
+        self.apart_since.map_or(Duration::ZERO, |since| since.elapsed())
+    }
+
+    /// Takes over a link on which control was granted.
+    pub(crate) fn attach(&mut self, link: Box<dyn Link>) {
+        if self.apart_since.take().is_some() {
+            self.counts.reconnections += 1;
+            self.say("connected again");
+            if self.settings.clock == Clock::Wall {
+                // Robot and cameras may have been switched on again; the poses will tell.
+                self.tracker.restart();
+            }
+        }
+        self.link = Some(link);
+        (self.acknowledged, self.frames) = (None, 0);
+    }
+
+    /// Sends a command that holds from `stamp` on.
+    pub(crate) fn command(&mut self, stamp: u64, inputs: &[f64]) {
+        let mut values = [0.0; MAX_INPUTS];
+        values[..inputs.len()].copy_from_slice(inputs);
+        if self.send(&Message::Command { count: inputs.len(), inputs: values }, stamp) {
+            self.counts.commands += 1;
+        } else {
+            self.counts.unsent += 1;
+        }
+    }
+
+    /// Tells the robot to stop.
+    pub(crate) fn halt(&mut self) {
+        let stamp = self.now();
+        self.send(&Message::Halt, stamp);
+    }
+
+    fn send(&mut self, message: &Message, stamp: u64) -> bool {
+        let Some(link) = &mut self.link else { return false };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.told = Some(Instant::now());
+        let sent = link.send(&message.frame(self.sequence, stamp));
+        sent.map_err(|error| self.lose(&error)).is_ok()
+    }
+
+    /// The link is gone.
+    fn lose(&mut self, error: &LinkError) {
+        if self.link.take().is_some() {
+            self.apart_since = Some(Instant::now());
+            self.say(&format!("connection lost: {error}; its own watchdog stops it"));
+        }
+    }
+
+    /// Takes in acknowledgements: those that are there, or the one that is due, for which it waits until `deadline`.
+    pub(crate) fn receive(&mut self, deadline: Option<Instant>) {
+        while self.acknowledged != Some(self.sequence) || deadline.is_none() {
+            let patience = deadline.map_or(Duration::ZERO, |end| end.saturating_duration_since(Instant::now()));
+            let Some(link) = &mut self.link else { return };
+            match link.receive(patience) {
+                Ok(Some(frame)) => self.take_answer(&frame),
+                Ok(None) => {
+                    self.counts.late += u64::from(deadline.is_some());
+                    return;
+                }
+                Err(error) => self.lose(&error),
+            }
+        }
+    }
+
+    fn take_answer(&mut self, frame: &Frame) {
+        match Message::of(frame) {
+            Ok(Message::Acknowledge { applies, frames }) => {
+                self.counts.acknowledged += u64::from(applies);
+                (self.acknowledged, self.frames) = (Some(frame.sequence), frames);
+            }
+            Ok(Message::Refused { reason }) => self.say(&format!("refused: {reason}")),
+            Ok(_) => self.lose(&crate::frame::FrameError::Content("a robot does not send this").into()),
+            Err(error) => self.lose(&error.into()),
+        }
+    }
+
+    /// In lockstep: waits until all poses that the emulator has sent are there.
+    pub(crate) fn receive_poses(&mut self, deadline: Instant) {
+        loop {
+            let behind = self.tracker.newest().map_or(0, |newest| newest.wrapping_add(1)) != self.frames;
+            let left = if behind { deadline.saturating_duration_since(Instant::now()) } else { Duration::ZERO };
+            match wait_readable(&self.socket, left) {
+                Ok(true) => {
+                    let mut bytes = [0; 2 * MAX_FRAME];
+                    if let Ok(length) = self.socket.recv(&mut bytes) {
+                        self.take_datagram(&bytes[..length]);
+                    }
+                }
+                _ => {
+                    self.counts.late += u64::from(behind && self.frames > 0 && self.is_connected());
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Takes in what came from the cameras.
+    pub(crate) fn take_datagram(&mut self, bytes: &[u8]) {
+        let arrival = self.now();
+        let second = arrival / 1_000_000_000;
+        self.rate = if self.rate.0 == second { (second, self.rate.1.saturating_add(1)) } else { (second, 1) };
+        // Simulated time may pass faster than the clock on the wall.
+        if self.settings.clock == Clock::Wall && self.rate.1 > self.settings.mocap_max_rate {
+            self.tracker.counts.too_many += 1;
+            return;
+        }
+        let frame = Frame::decode(bytes);
+        match frame.and_then(|frame| Message::of(&frame).map(|message| (frame, message))) {
+            Ok((frame, Message::Pose(pose))) => {
+                self.tracker.take(frame.sequence, frame.stamp, &pose, crate::tracker::seconds(arrival));
+            }
+            _ => self.tracker.counts.malformed += 1,
+        }
+    }
+
+    /// Halts the robot if it was not told anything for too long.
+    pub(crate) fn watch(&mut self) {
+        let limit = self.period() * self.settings.watchdog_periods;
+        if self.told.is_some_and(|told| told.elapsed() > limit) {
+            if self.counts.commands > 0 {
+                self.counts.watchdog += 1;
+            }
+            self.halt();
+        }
+    }
+
+    /// A line for the user.
+    pub(crate) fn say(&self, text: &str) {
+        eprintln!("robot {} at {}: {text}", self.settings.body, self.settings.robot);
+    }
+
+    /// What came of it all.
+    pub(crate) fn summary(&self) -> String {
+        let LinkCounts { commands, acknowledged, unsent, late, reconnections, watchdog } = self.counts;
+        format!(
+            "{commands} commands, {acknowledged} acknowledged, {unsent} not sent, {late} late answers, {reconnections} \
+             reconnections, {watchdog} halts by the watchdog; {}",
+            self.tracker.counts
+        )
+    }
+}
+
+/// Opens a link and asks for control.
+///
+/// # Errors
+/// Why there is none, in words.
+pub(crate) fn open(
+    connector: &mut dyn Connector,
+    hello: &Frame,
+    body: u32,
+    patience: Duration,
+) -> Result<Box<dyn Link>, String> {
+    let target = connector.target();
+    let mut link = connector.connect(patience).map_err(|error| format!("no robot answers at {target}: {error}"))?;
+    let failed = |error: LinkError| format!("the robot at {target} does not answer as a robot does: {error}");
+    link.send(hello).map_err(failed)?;
+    let Some(frame) = link.receive(patience).map_err(failed)? else {
+        return Err(format!("the robot at {target} does not answer"));
+    };
+    match Message::of(&frame).map_err(|error| failed(error.into()))? {
+        Message::Welcome { body: found } if found == body => Ok(link),
+        Message::Welcome { body: found } => Err(format!("the robot at {target} is number {found}, not {body}")),
+        Message::Refused { reason } => Err(format!("the robot at {target} refuses: {reason}")),
+        _ => Err(format!("the robot at {target} answers with something else than a welcome")),
+    }
+}

@@ -1,0 +1,106 @@
+//! `phalanx robot`: a stand-in for a robot and the cameras above it, at the other end of real sockets.
+
+use std::io::{Read, Write};
+use std::net::SocketAddr;
+
+use formation::config::Problem;
+use formation::scenario::{Scenario, Selection};
+use hardware::Options;
+use hardware::settings::{Emulator, Settings};
+use plant::Laboratory;
+use plant::laboratory::is_emulated;
+
+use super::select::find;
+use crate::cli::RobotArgs;
+use crate::failure::Failure;
+use crate::robots::LISTENS;
+use crate::urgency::lock_memory_if_wanted;
+
+pub(crate) fn robot(args: &RobotArgs) -> Result<(), Failure> {
+    lock_memory_if_wanted();
+    if args.attached {
+        end_with_stdin();
+    }
+    let job = match &args.file {
+        Some(file) => from_file(&Settings::load(file)?, &file.display().to_string())?,
+        None => from_arguments(args),
+    };
+    let scenario = job.scenario()?;
+    let context = &scenario.context;
+    let agent = context.agents.iter().position(|agent| agent.id == job.emulator.agent).ok_or_else(|| {
+        let count = context.agents.len();
+        Failure::Usage(format!("{} has no agent {}; it has {count}", scenario.name, job.emulator.agent))
+    })?;
+    if !is_emulated(&context.agents[agent].vehicle) {
+        return Err(Failure::Usage(format!(
+            "agent {} of {} cannot be emulated: there is a model of robots with wheel speeds only (omni, order 1)",
+            job.emulator.agent, scenario.name
+        )));
+    }
+    let laboratory = job.emulator.laboratory.clone().or_else(|| Laboratory::of(&scenario)).unwrap_or_default();
+    if let Some((field, message)) = laboratory.findings().first() {
+        return Err(Failure::Usage(format!("laboratory: {field}: {message}")));
+    }
+    let options = Options {
+        body: job.body,
+        listen: job.listen,
+        poses: job.poses,
+        watchdog: job.emulator.watchdog,
+        record: args.record.clone(),
+        verbose: !args.quiet,
+    };
+    let announce = |address| {
+        println!("robot {} {LISTENS}{address}", options.body);
+        // Whoever waits for the line may be gone.
+        let _ = std::io::stdout().flush();
+    };
+    let failed = format!("play robot {} at {}", options.body, options.listen);
+    hardware::serve(&options, &laboratory, context, agent, announce).map_err(Failure::system(failed))
+}
+
+/// What is to be played.
+struct Job {
+    body: u32,
+    listen: SocketAddr,
+    poses: Option<SocketAddr>,
+    emulator: Emulator,
+    selection: Selection,
+}
+
+impl Job {
+    fn scenario(&self) -> Result<Scenario, Failure> {
+        let (file, text) = find(&self.emulator.scenario)?;
+        Ok(Scenario::load(&file, &text, &self.selection)?)
+    }
+}
+
+fn from_file(settings: &Settings, name: &str) -> Result<Job, Failure> {
+    let Some(emulator) = settings.emulator.clone() else {
+        let message = "missing section `[emulator]`: it says which robot of which scenario to play";
+        return Err(vec![Problem::new(None, name, message)].into());
+    };
+    let poses = Some(settings.mocap).filter(|address| address.port() != 0);
+    let (body, listen) = (settings.body, settings.robot);
+    Ok(Job { body, listen, poses, emulator, selection: Selection::default() })
+}
+
+fn from_arguments(args: &RobotArgs) -> Job {
+    let agent = args.agent.unwrap_or(1);
+    let emulator = Emulator {
+        scenario: args.scenario.clone().unwrap_or_default(),
+        agent,
+        watchdog: hardware::settings::EMULATOR_WATCHDOG,
+        laboratory: None,
+    };
+    let selection = Selection { variant: args.variant.clone(), overrides: args.set.clone() };
+    Job { body: agent, listen: args.listen, poses: None, emulator, selection }
+}
+
+/// Ends this program when nobody holds the other end of its stdin any more.
+fn end_with_stdin() {
+    std::thread::spawn(|| {
+        let mut byte = [0];
+        while std::io::stdin().read(&mut byte).is_ok_and(|count| count > 0) {}
+        std::process::exit(0);
+    });
+}
