@@ -3,6 +3,7 @@
 #[path = "../../examples/chain14/chain.rs"]
 mod chain;
 mod mishaps;
+mod onlooker;
 mod replacements;
 mod results;
 mod support;
