@@ -11,6 +11,7 @@ mod batch;
 mod compare;
 mod digest;
 mod error;
+mod live;
 mod past;
 mod reader;
 mod record;
