@@ -9,3 +9,5 @@ mod program;
 mod readers;
 mod recovery;
 mod runs;
+mod tutorial;
+mod watch;
