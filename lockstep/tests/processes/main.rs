@@ -3,7 +3,6 @@
 #[path = "../../examples/chain14/chain.rs"]
 mod chain;
 mod mishaps;
-mod onlooker;
 mod replacements;
 mod results;
 mod support;
