@@ -3,12 +3,13 @@
 use formation::scenario::Context;
 use formation::wiring::{Bind, Component, Refusal};
 use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::Trajectory;
 
 /// Has no parameters.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {}
 

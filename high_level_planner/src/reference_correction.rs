@@ -4,12 +4,13 @@ use formation::nalgebra::{Vector2, Vector3};
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{Correction, Reference, SaturatedVirtualAgents, Trajectory, TrajectorySample, VirtualAgents, VirtualLayer};
 
 /// Parameters of the planner. Obstacles and their boundaries are the scenario's `[obstacles]`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceCorrection {
     /// Whether the correction is applied at all.
@@ -20,7 +21,7 @@ pub struct ReferenceCorrection {
 }
 
 /// Where the references come from that are corrected.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// The reference of the scenario.

@@ -5,12 +5,13 @@ use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{Trajectory, TrajectorySample};
 
 /// Virtual agents whose acceleration is bounded. (7.13) to (7.18)
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct SaturatedVirtualAgents {
@@ -33,7 +34,7 @@ pub struct SaturatedVirtualAgents {
 }
 
 /// Virtual agents without bounds. (7.55) to (7.58)
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VirtualAgents {
     /// Gain of the sliding variable, 1/s.

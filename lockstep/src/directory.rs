@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Its lock is held as long as the run lives.
-const LOCK_FILE: &str = "lock";
+pub(crate) const LOCK_FILE: &str = "lock";
 /// Longest name of a run: socket paths and file names in shared memory are limited.
 const MAX_NAME: usize = 40;
 
@@ -170,13 +170,17 @@ pub(crate) fn prefix(run: &str) -> String {
 }
 
 /// `/dev/shm/phalanx-<uid>`, locked, so that nobody creates, sweeps or removes runs in it meanwhile.
-struct Parent {
+pub(crate) struct Parent {
     path: PathBuf,
     _lock: File,
 }
 
 impl Parent {
-    fn lock() -> Result<Self, DirectoryError> {
+    /// Waits until nobody else holds it.
+    ///
+    /// # Errors
+    /// [`DirectoryError`] if it cannot be made, or is not this user's alone.
+    pub(crate) fn lock() -> Result<Self, DirectoryError> {
         let user = rustix::process::getuid().as_raw();
         let path = parent_path();
         loop {

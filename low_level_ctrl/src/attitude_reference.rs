@@ -2,10 +2,11 @@
 
 use formation::math::clip_vector;
 use formation::nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// How the attitude reference is differentiated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Differentiation {
     /// A slope at every step.

@@ -8,13 +8,14 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::LocalError;
 use crate::speed_vehicle::{require_speed_vehicles, speed_vehicle};
 
 /// Gains and options of the controller; each gain a number or one per coordinate.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompensatedFormation {
     /// Whether the observer's estimate is fed back: OBFC and COBFC.

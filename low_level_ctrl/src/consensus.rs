@@ -5,12 +5,13 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::LocalError;
 
 /// Gains of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Consensus {
     /// Gain of the local position error: 1/s for robots of order 1, 1/s² for those of order 2.

@@ -1,11 +1,14 @@
 //! The dynamic sliding variable of chapter 2, which all its controllers drive to zero. (2.9), (2.14)
 
+use std::borrow::Cow;
+
 use formation::math::Topology;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Drive;
 use formation::wiring::{Bind, Refusal, Role};
 use lockstep::{In, Io, Timing};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use crate::LocalError;
@@ -70,6 +73,20 @@ impl<'de> Deserialize<'de> for AccelerationSource {
     /// The command line takes a bare `true` for a boolean, so that is read as well.
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(SourceVisitor)
+    }
+}
+
+impl JsonSchema for AccelerationSource {
+    fn schema_name() -> Cow<'static, str> {
+        "AccelerationSource".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "enum": ["bd", "ftdo", "true", true] })
     }
 }
 

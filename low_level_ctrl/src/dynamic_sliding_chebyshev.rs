@@ -6,6 +6,7 @@ use formation::networks::{ChebyshevRegressor, ProjectedLayer};
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::dynamic_sliding::{ErrorPorts, require_integrator};
@@ -15,7 +16,7 @@ use crate::{AccelerationSource, DynamicSlidingVariable, SlidingErrors};
 const NETWORK_INPUTS: usize = 6;
 
 /// Gains and options of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct DynamicSlidingChebyshev {

@@ -5,13 +5,14 @@ use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::dynamic_sliding::{ErrorPorts, require_integrator};
 use crate::{AccelerationSource, DynamicSlidingVariable, SlidingErrors};
 
 /// Gains of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct DynamicSlidingSwitching {

@@ -7,10 +7,11 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Gains, the same for both orders.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HierarchicalNeural {
     /// Gain of the tracking error (order 1) or of the sliding variable (order 2), 1/s.

@@ -5,6 +5,7 @@ use formation::scenario::Context;
 use formation::vehicle::Quadcopter;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{Differentiation, DifferentiatorSettings, SlopePair};
@@ -12,7 +13,7 @@ use crate::{Differentiation, DifferentiatorSettings, SlopePair};
 const GRAVITY: f64 = 9.81;
 
 /// How the disturbance estimate is faded in. (7.40)
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Introduction {
     /// At full weight from the start.
@@ -24,7 +25,7 @@ pub enum Introduction {
 }
 
 /// Gains and options of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HierarchicalUav {
     /// λp, slope of the position loop's sliding surface, 1/s.

@@ -7,10 +7,11 @@ use formation::scenario::{AdjacencyRow, Context};
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Gains of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitedInformation {
     /// c, gain of the sliding variable, 1/s.

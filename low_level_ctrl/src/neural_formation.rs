@@ -9,6 +9,7 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::LocalError;
@@ -18,7 +19,7 @@ use crate::speed_vehicle::{require_speed_vehicles, resolved, speed_vehicle};
 const MAX_NEURONS: usize = 1000;
 
 /// Gains and limits of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct NeuralFormation {

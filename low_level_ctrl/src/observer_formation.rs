@@ -8,13 +8,14 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::speed_vehicle::{require_speed_vehicles, resolved, speed_vehicle};
 use crate::{LocalError, consensus_share};
 
 /// How the consensus input is fitted beside the maintenance input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Distribution {
     /// Their sum is saturated, channel by channel. (OBFC)
@@ -24,7 +25,7 @@ pub enum Distribution {
 }
 
 /// Gains and limits of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct ObserverFormation {

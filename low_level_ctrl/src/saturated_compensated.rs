@@ -6,13 +6,14 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
 use crate::{Command, FormationErrors, SlidingFeedback};
 
 /// What becomes of a command beyond the limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Regulation {
     /// Every element is clipped by itself.
@@ -22,7 +23,7 @@ pub enum Regulation {
 }
 
 /// Gains and options of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturatedCompensated {
     /// c, gain of the sliding variable, 1/s.

@@ -5,13 +5,14 @@ use formation::networks::{InitialWeights, Leak, OutputLayer, tanh_of_state};
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
 use crate::{Command, FormationErrors, SaturatedNominalController, SlidingFeedback};
 
 /// Gains of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturatedNeural {
     /// c, gain of the sliding variable, 1/s.

@@ -6,13 +6,14 @@ use formation::scenario::Context;
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
 use crate::{Command, FormationErrors, SlidingFeedback};
 
 /// Gains of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturatedNominal {
     /// c, gain of the sliding variable, 1/s.

@@ -8,12 +8,13 @@ use formation::scenario::{Boundary, Context};
 use formation::vehicle::Omni;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::LocalError;
 
 /// Gains and options of the controller.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlidingAvoidance {
     /// c, gain of the sliding variable, 1/s; one number for all agents or one each.

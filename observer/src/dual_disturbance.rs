@@ -7,10 +7,11 @@ use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, MAX_INPUTS, Vehicle};
 use formation::wiring::{Bind, Checks, Component, Refusal, Role};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Gains of both observers, one number for all agents or one each.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DualDisturbance {
     /// α1, first gain of the observer of d.

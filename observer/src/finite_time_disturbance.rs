@@ -5,12 +5,13 @@ use formation::nalgebra::SVector;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::applied_input::AppliedInput;
 
 /// Gains of the observer.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FiniteTimeDisturbance {
     /// α1, gain of the velocity error.

@@ -5,12 +5,13 @@ use formation::networks::InitialWeights;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Field, Participant};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::neural_surface::{Family, Published, Surface, Tuning, outputs};
 
 /// Gains of the observer.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NeuralLinearSurface {
     /// λ̃1, slope of the surface, 1/s.

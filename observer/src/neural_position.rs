@@ -7,6 +7,7 @@ use formation::networks::{Leak, RadialBasis, RadialNetwork};
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::gain_levels::{GainLevels, Gains};
@@ -14,7 +15,7 @@ use crate::position_feedback::{Interval, PositionFeedback};
 use crate::reference_rates::ReferenceRates;
 
 /// Where the gains of the network come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GainChoice {
     /// `eta1_static` and `eta2_static` (NBOSP).
@@ -24,7 +25,7 @@ pub enum GainChoice {
 }
 
 /// Gains of the observer, and of the differentiator of the reference beside it.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct NeuralPosition {

@@ -7,6 +7,7 @@ use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
 use formation::wiring::{Bind, Checks, Refusal, Role};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// What the errors of the imaginary vehicle slide on, and what drives them there, element by element.
@@ -24,7 +25,7 @@ pub trait Surface: Clone + Send {
 }
 
 /// What is published as the estimate of the uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Published {
     /// The output of the network alone, ŴᵀT.

@@ -5,13 +5,14 @@ use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, Io, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::position_feedback::{Interval, PositionFeedback};
 use crate::reference_rates::ReferenceRates;
 
 /// Gains of the observer, and of the differentiator of the reference beside it.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ofto {
     /// β1, exponent of the position innovation; β2 = 2 β1 - 1 is that of the others.

@@ -5,10 +5,11 @@ use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Gains of the observer.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlidingNeural {
     /// λ̃, slope of the sliding surface, 1/s.

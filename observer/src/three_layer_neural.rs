@@ -7,6 +7,7 @@ use formation::networks::{HiddenRate, ThreeLayer, ThreeLayerRates};
 use formation::scenario::Context;
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::applied_input::AppliedInput;
@@ -15,7 +16,7 @@ use crate::applied_input::AppliedInput;
 const MAX_NEURONS: usize = 1000;
 
 /// Gains of the observer.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThreeLayerNeural {
     /// η1 to η4: learning rate and leakage of Ŵ, learning rate and leakage of Ĵ.

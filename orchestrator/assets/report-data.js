@@ -27,7 +27,9 @@ const valuesOf = (curve) => {
 
 const runs = report.runs;
 const comparing = runs.length > 1;
-const lastTime = Math.max(...runs.map((run) => run.end));
+let lastTime = Math.max(...runs.map((run) => run.end));
+/** The length of the whole run, s, also while it is going on. */
+const wholeTime = report.live?.duration ?? lastTime;
 const agentCount = Math.max(...runs.map((run) => run.scene.agents.length));
 
 /** What the reader has chosen. Times in s; agents by their place in the list. */

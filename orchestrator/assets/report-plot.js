@@ -83,7 +83,10 @@ class Plot {
       if (!drag) return;
       const ends = [this.timeAt(drag.from), time(event)].sort((a, b) => a - b);
       if (Math.abs(event.offsetX - drag.from) > 6) setSpan(ends);
-      else setTime(ends[0]);
+      else {
+        onleave();
+        setTime(ends[0]);
+      }
     });
     this.top.addEventListener("pointerleave", () => {
       this.hover = null;
@@ -161,7 +164,7 @@ class Plot {
     // A plot out of sight is drawn when it comes into sight.
     this.stale = !this.base.clientWidth || !(onScreen.has(this.card) || printing);
     if (this.stale) return;
-    for (const curve of this.curves) curve.values ??= valuesOf(curve.source);
+    for (const curve of this.curves) curve.values = valuesOf(curve.source);
     const { context, width, height } = fitCanvas(this.base);
     Object.assign(this, { width, height });
     context.font = FONT;

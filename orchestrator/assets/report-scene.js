@@ -1,7 +1,7 @@
 // The formation at one instant: seen from above for robots on the ground, as an orbit view for drones.
 
 /** The view, shared by all runs of a report. */
-const camera = { azimuth: -0.65, elevation: 0.5, scale: 1, shift: [0, 0], fitted: false };
+const camera = { azimuth: -0.65, elevation: 0.5, scale: 1, shift: [0, 0], fitted: false, touched: false };
 
 class Scene {
   constructor(run) {
@@ -50,6 +50,7 @@ class Scene {
     });
     this.canvas.addEventListener("pointermove", (event) => {
       if (!this.drag) return;
+      camera.touched = true;
       const [dx, dy] = [event.clientX - this.drag.x, event.clientY - this.drag.y];
       Object.assign(this.drag, { x: event.clientX, y: event.clientY });
       if (this.drag.pan) camera.shift = [camera.shift[0] + dx, camera.shift[1] + dy];
@@ -63,6 +64,7 @@ class Scene {
     this.canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     this.canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
+      camera.touched = true;
       const factor = Math.exp(-event.deltaY * 0.0015);
       const rect = this.canvas.getBoundingClientRect();
       const pointer = [event.clientX - rect.left - rect.width / 2, event.clientY - rect.top - rect.height / 2];

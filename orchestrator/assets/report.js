@@ -8,6 +8,8 @@ const onScreen = new Set();
 
 /** Draws scenes, plots or both before the next frame, once, however often it was asked for. */
 const stale = { scenes: false, plots: false };
+/** How long the last drawing took, ms. */
+let drawingTime = 0;
 const redraw = (...parts) => {
   const waiting = stale.scenes || stale.plots;
   for (const part of parts) stale[part] = true;
@@ -15,9 +17,11 @@ const redraw = (...parts) => {
   else if (!waiting) requestAnimationFrame(drawStale);
 };
 const drawStale = () => {
+  const start = performance.now();
   if (stale.scenes) scenes.forEach((scene) => !scene.card.hidden && scene.draw());
   if (stale.plots) plots.forEach((plot) => plot.draw());
   Object.assign(stale, { scenes: false, plots: false });
+  drawingTime = performance.now() - start;
 };
 const redrawScenes = () => redraw("scenes");
 const redrawPlots = () => redraw("plots");
@@ -29,6 +33,9 @@ const showTime = () => {
   redrawScenes();
   plots.forEach((plot) => onScreen.has(plot.card) && plot.drawTop());
 };
+
+/** Called when the reader goes to a time of their own choice. */
+let onleave = () => {};
 
 function setTime(time) {
   state.time = Math.min(lastTime, Math.max(0, time));
@@ -53,6 +60,7 @@ function setPointed(agent) {
 
 const setPlaying = (playing) => {
   state.playing = playing;
+  if (playing) onleave();
   if (playing && state.time >= lastTime) state.time = 0;
   byId("play").classList.toggle("playing", playing);
   byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
@@ -219,9 +227,9 @@ const paintChips = () => document.querySelectorAll("[data-hue]").forEach((dot) =
 const buildControls = () => {
   const speeds = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
   // A run should pass in about half a minute.
-  state.speed = speeds.reduce((a, b) => (Math.abs(Math.log(b / (lastTime / 25))) < Math.abs(Math.log(a / (lastTime / 25))) ? b : a));
+  state.speed = speeds.reduce((a, b) => (Math.abs(Math.log(b / (wholeTime / 25))) < Math.abs(Math.log(a / (wholeTime / 25))) ? b : a));
   fillSelect("speed", speeds.map((speed) => [speed, `${speed}×`]), state.speed, (value) => { state.speed = Number(value); });
-  fillSelect("trails", [[Infinity, "all"], [lastTime / 5, "long"], [lastTime / 20, "short"], [0, "none"]], Infinity, (value) => { state.trail = Number(value); redrawScenes(); });
+  fillSelect("trails", [[Infinity, "all"], [wholeTime / 5, "long"], [wholeTime / 20, "short"], [0, "none"]], Infinity, (value) => { state.trail = Number(value); redrawScenes(); });
   const numbers = runs[0].scene.agents.map((agent, index) => [index, `agent ${agent.number}`]);
   fillSelect("follow", [["", "nobody"], ...numbers], "", (value) => {
     state.follow = value === "" ? null : Number(value);
@@ -230,11 +238,14 @@ const buildControls = () => {
     redrawScenes();
   });
   byId("scrub").max = lastTime;
-  byId("scrub").addEventListener("input", (event) => setTime(Number(event.target.value)));
+  byId("scrub").addEventListener("input", (event) => {
+    onleave();
+    setTime(Number(event.target.value));
+  });
   byId("play").addEventListener("click", () => setPlaying(!state.playing));
   for (const name of ["links", "targets"]) byId(name).addEventListener("change", (event) => { state[name] = event.target.checked; redrawScenes(); });
   byId("home").addEventListener("click", () => {
-    Object.assign(camera, { azimuth: -0.65, elevation: 0.5, fitted: false });
+    Object.assign(camera, { azimuth: -0.65, elevation: 0.5, fitted: false, touched: false });
     redrawScenes();
   });
   const planar = scenes.every((scene) => scene.planar);
@@ -244,6 +255,7 @@ const buildControls = () => {
   document.addEventListener("keydown", (event) => {
     if (event.target.closest("input, select, summary, a")) return;
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (step) onleave();
     if (step) setTime(state.time + (step * lastTime) / (event.shiftKey ? 20 : 400));
     else if (event.key === " ") setPlaying(!state.playing);
     else return;

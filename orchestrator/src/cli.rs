@@ -1,28 +1,36 @@
 //! The command line.
 
+mod documents;
 mod engine;
 mod look;
 mod profile;
 mod robot;
+mod pipe;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+pub use documents::reference;
+pub(crate) use documents::{ManArgs, program};
+use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
+use pipe::end_with_the_reader;
+pub(crate) use watch::WatchArgs;
 
 use crate::commands;
-use crate::failure::{EXIT_CODES, Failure};
+use crate::failure::Failure;
 use crate::placement::Placement;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
-#[command(name = "phalanx", version, after_help = EXIT_CODES, arg_required_else_help = true)]
+#[command(name = "phalanx", version, after_help = after_help(), arg_required_else_help = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -48,10 +56,12 @@ enum Command {
     Verify(VerifyArgs),
     /// Pause, step, resume or stop a run from another terminal
     Ctl(CtlArgs),
-    /// Watch a run: steps per second, and where its processes spend their time
+    /// Show how fast a run is, and where its processes spend their time
     Top(TopArgs),
     /// Run a scenario and show where its time goes: who computes, who waits, for whom; and a trace for Perfetto
     Profile(ProfileArgs),
+    /// Show a run live: the formation and its errors, in the terminal or in a browser
+    Watch(WatchArgs),
     /// Write a report that shows runs in a browser, or figures for a paper
     Report(ReportArgs),
     /// Write the signals of a log as CSV, NumPy or MATLAB files
@@ -71,6 +81,11 @@ enum Command {
         /// Which shell
         shell: Shell,
     },
+    /// Write the manual pages into a folder
+    Man(ManArgs),
+    /// Print the JSON Schema of scenario files, for editors
+    #[command(after_help = SCHEMA_HELP)]
+    Schema,
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
     Participant,
@@ -267,6 +282,7 @@ pub(crate) struct DoctorArgs {
 
 /// Runs the program and returns its exit code.
 pub fn main() -> ExitCode {
+    end_with_the_reader();
     let cli = Cli::parse();
     let result = match cli.command {
         Command::List(args) => commands::list::list(&args),
@@ -280,6 +296,7 @@ pub fn main() -> ExitCode {
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
         Command::Profile(args) => commands::profile::profile(&args),
+        Command::Watch(args) => commands::watch::watch(&args),
         Command::Report(args) => commands::report::report(&args),
         Command::Export(args) => commands::export::export(&args),
         Command::Echo(args) => commands::echo::echo(&args),
@@ -291,6 +308,8 @@ pub fn main() -> ExitCode {
             Ok(())
         }
         Command::Robot(args) => commands::robot::robot(&args),
+        Command::Man(args) => commands::man::man(&args),
+        Command::Schema => commands::schema::schema(),
         Command::Participant => return commands::participant::participant(),
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
     };

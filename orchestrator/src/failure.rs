@@ -78,7 +78,8 @@ Exit codes:
   3    the run stopped early: a participant failed, hung or died, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
   5    the operating system refused something
-  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there";
+  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there
+  141  whoever read what was printed has gone";
 
 impl From<Vec<Problem>> for Failure {
     fn from(problems: Vec<Problem>) -> Self {

@@ -1,6 +1,6 @@
 //! How far a run is: a bar on a terminal, a plain line now and then elsewhere. Always on stderr.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -57,7 +57,8 @@ impl Progress {
         match &self.display {
             Display::Silent => {}
             Display::Lines => {
-                eprintln!("{text}");
+                // A run goes on when nobody reads of it any more.
+                let _ = writeln!(std::io::stderr(), "{text}");
                 self.next_look = now + LINE_EVERY;
             }
             Display::Bar(bar) => {

@@ -6,12 +6,13 @@ use formation::scenario::{Agent, Context};
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
 use formation::wiring::{Bind, Checks, Component, Refusal, Role};
 use lockstep::{Fault, Field, Io, Participant, Slice, Step, Timing};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::Actuators;
 
 /// Parameters of the plant.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicles {
     /// Steps of the integrator within one step of the run.

@@ -78,3 +78,8 @@ impl Bench {
         }
     }
 }
+
+/// The programs in the documentation compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/adding-a-controller.md")]
+mod adding_a_controller {}

@@ -14,3 +14,5 @@ mod readers;
 mod recovery;
 mod runs;
 mod tap;
+mod tutorial;
+mod watch;

@@ -22,6 +22,7 @@ mod per_agent;
 mod problem;
 mod read;
 mod reader;
+mod schema;
 mod source;
 mod stand_in;
 mod table;
@@ -36,6 +37,7 @@ pub use node::{Node, Value};
 pub use per_agent::PerAgent;
 pub use problem::{Problem, Problems};
 pub use read::read;
+pub use schema::number;
 pub use source::{Origin, Source};
 pub use table::{Entry, Table};
 

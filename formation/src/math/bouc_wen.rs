@@ -1,5 +1,6 @@
 //! Hysteresis of actuators by the model of Bouc and Wen, forward and inverse. (2.2), (2.3), (2.22)
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sign;
@@ -11,7 +12,7 @@ const MOST_STEPS: f64 = 1000.0;
 ///
 /// It does not depend on how fast the input changes, so a held input needs no integration: each jump of the input moves the
 /// memory once, in steps that are short enough for explicit Euler.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoucWen {
     /// μ, weight of the input itself.

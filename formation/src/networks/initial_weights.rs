@@ -1,6 +1,7 @@
 //! The weights that a network starts with, as scenario files give them.
 
 use nalgebra::SMatrix;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Ŵ(0): one number for all entries, a number for each agent, one matrix for all agents, or a matrix for each agent.
@@ -10,11 +11,11 @@ use serde::Deserialize;
 /// let weights = InitialWeights::from(0.5).resolve::<2, 1>(3, 0).unwrap();
 /// assert_eq!(weights.as_slice(), [0.5, 0.5]);
 /// ```
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct InitialWeights(Rule);
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, a matrix (a list of rows), or a list with one of either per agent")]
 enum Rule {
     Same(f64),

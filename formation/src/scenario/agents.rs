@@ -1,5 +1,6 @@
 //! The rows of the table `agents`.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::coordinates::Coordinates;
@@ -28,10 +29,12 @@ pub struct Agent {
 }
 
 /// `[vehicle]`: what all agents have in common.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VehicleSection {
+    /// What the agents are.
     kind: VehicleKind,
+    /// 1: the inputs are wheel speeds, 2: wheel forces; for `omni`, where the agents do not say it themselves.
     #[serde(default)]
     order: Option<u32>,
     /// Every input is clipped to [-UM, UM] by the actuators.
@@ -41,39 +44,59 @@ pub(super) struct VehicleSection {
     pub(super) actuator: Option<Actuator>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum VehicleKind {
+    /// Robots with three omnidirectional wheels.
     Omni,
+    /// Robots whose inputs are accelerations of x, y and heading.
     Integrator,
+    /// Quadcopters: thrust and three torques.
     Quadcopter,
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
+/// An agent.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Row {
+pub(super) struct Row {
+    /// The i of formulas; by default the number of the agent.
     id: Option<u32>,
+    /// Coordinates at t = 0, m and rad; a quadcopter may leave out its angles.
     position: Coordinates,
+    /// Velocities at t = 0, m/s and rad/s; by default 0.
     velocity: Option<Coordinates>,
+    /// Initial estimate of the coordinates, for an observer; by default the coordinates.
     estimate: Option<Coordinates>,
+    /// Initial estimate of the velocities, for an observer; by default 0.
     estimate_velocity: Option<Coordinates>,
+    /// 1: the inputs are wheel speeds, 2: wheel forces.
     order: Option<u32>,
+    /// Mass, kg.
     m: Option<f64>,
+    /// Radius of a robot, or arm of a quadcopter, m.
     #[serde(rename = "R")]
     radius: Option<f64>,
+    /// The radius as the controllers know it, m; by default the true one.
     #[serde(rename = "R_hat")]
     radius_known: Option<f64>,
+    /// Moment of inertia of a robot, kg m².
     #[serde(rename = "I")]
     inertia: Option<f64>,
+    /// A coefficient of friction, for formulas.
     fric: Option<f64>,
+    /// Moment of inertia of a quadcopter about its x-axis, kg m².
     #[serde(rename = "Jx")]
     inertia_x: Option<f64>,
+    /// About its y-axis, kg m².
     #[serde(rename = "Jy")]
     inertia_y: Option<f64>,
+    /// About its z-axis, kg m².
     #[serde(rename = "Jz")]
     inertia_z: Option<f64>,
+    /// Drag of a quadcopter, N s/m.
     #[serde(rename = "K")]
     drag: Option<f64>,
+    /// Ratio of torque to thrust of a rotor, m.
     upsilon: Option<f64>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
@@ -50,13 +51,18 @@ pub struct Disturbance {
     pub mismatched: Vec<Formula>,
 }
 
-#[derive(Deserialize)]
+/// `[topology]`: who receives from whom.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct TopologySection {
+pub(super) struct TopologySection {
+    /// Row i lists the weights of the links over which agent i receives; by default the ring 1, 2, ..., N, 1.
     #[serde(rename = "A")]
     adjacency: Option<Vec<Vec<f64>>>,
+    /// Weights of the links to the reference.
     b: PerAgent,
+    /// Links that appear when agents come close.
     proximity: Option<Proximity>,
+    /// Allows a graph that is not strongly connected, as long as the reference reaches everybody.
     #[serde(default)]
     any_graph: bool,
 }

@@ -1,9 +1,10 @@
 //! What a scenario file says should come out.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The acceptance band of a metric, and what the thesis prints for it.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
     /// The value or statement of the thesis, as printed.

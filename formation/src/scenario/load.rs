@@ -54,7 +54,8 @@ pub struct Scenario {
     root: Node,
 }
 
-const SECTIONS: &[&str] = &[
+/// The keys that a scenario file may have.
+pub const SECTIONS: &[&str] = &[
     "name",
     "title",
     "thesis",

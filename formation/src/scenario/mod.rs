@@ -13,6 +13,7 @@ mod load;
 mod obstacles;
 mod overrides;
 mod proximity;
+mod schema;
 mod timing;
 mod wishes;
 
@@ -20,7 +21,8 @@ pub use agents::Agent;
 pub use context::{Context, Disturbance};
 pub use expectation::Expectation;
 pub use failure::{FailurePolicy, MOST_RESTARTS, OnFailure};
-pub use load::{Scenario, Selection};
+pub use load::{SECTIONS, Scenario, Selection};
 pub use obstacles::{Boundary, Obstacles};
 pub use proximity::{AdjacencyRow, Proximity};
+pub use schema::sections;
 pub use timing::Timing;

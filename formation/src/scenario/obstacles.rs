@@ -1,12 +1,13 @@
 //! Round obstacles that every agent has to keep clear of.
 
 use nalgebra::Vector2;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::config::{Node, Problems, read};
 
 /// `[obstacles]`: resting discs, known to planners and controllers alike.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacles {
     /// Centres (x, y), m.

@@ -1,11 +1,12 @@
 //! Links that come and go with the distance between agents.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::math::Topology;
 
 /// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range. (4.5)
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Proximity {
     /// Whether there are such links; without them the graph is the static one.

@@ -1,9 +1,10 @@
 //! The clock of a run.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Step and length of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
     /// Length of a step, s.

@@ -1,14 +1,17 @@
 //! The sections `[edges]`, `[placement]` and `[swap]`, as far as they can be read without knowing the participants.
 
 use lockstep::Timing;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::config::{Node, Problems, read};
 use crate::wiring::timing_of;
 
-#[derive(Deserialize)]
+/// `[placement]`: which participants share a process. It changes no bit of the result.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct PlacementSection {
+pub(super) struct PlacementSection {
+    /// Names of participants, process by process; who is in none has a process of its own.
     #[serde(default)]
     groups: Vec<Vec<String>>,
 }

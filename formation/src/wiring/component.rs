@@ -1,6 +1,7 @@
 //! The contract of a component: a section of a scenario file that can become participants.
 
 use lockstep::{Field, Participant};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
 use super::{Bind, Refusal};
@@ -33,17 +34,23 @@ pub struct Kind {
     pub summary: &'static str,
     /// Reads its parameters.
     pub read: fn(&Node, &str, &mut Problems) -> Option<Box<dyn Component>>,
+    /// What its parameters look like to an editor.
+    pub schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
 impl Kind {
     /// The registry entry of the component whose parameters are `C`.
-    pub const fn of<C: Component + DeserializeOwned + 'static>(name: &'static str, summary: &'static str) -> Self {
+    pub const fn of<C: Component + DeserializeOwned + JsonSchema + 'static>(
+        name: &'static str,
+        summary: &'static str,
+    ) -> Self {
         Self {
             name,
             summary,
             read: |node, path, problems| {
                 read::<C>(node, path, problems).map(|parameters| Box::new(parameters) as Box<dyn Component>)
             },
+            schema: SchemaGenerator::subschema_for::<C>,
         }
     }
 }

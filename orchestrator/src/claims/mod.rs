@@ -31,6 +31,7 @@ pub use condition::{Comparison, Need, Side};
 use condition::Condition;
 use formation::config::{Node, Origin, Problem, Problems, nearest, read};
 use formation::scenario::Scenario;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 
 /// The claims of a scenario.
@@ -68,16 +69,24 @@ impl ClaimResult {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Row {
+    /// The claim in words.
     text: String,
+    /// The claim as an inequality between metrics of variants: `x_til(TSC) < x_til(TOC)`.
     holds: String,
+    /// Overrides `PATH=VALUE` for every run that the claim is about.
     #[serde(default)]
     with: Vec<String>,
 }
 
 impl Claims {
+    /// What a claim looks like to an editor.
+    pub fn schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<Row>()
+    }
+
     /// Reads the claims of `scenario`, in their order. None if it makes none.
     ///
     /// # Errors

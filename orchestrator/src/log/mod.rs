@@ -13,6 +13,7 @@ mod digest;
 mod encode;
 mod error;
 mod output;
+mod live;
 mod past;
 mod pipeline;
 mod reader;

@@ -12,7 +12,7 @@ use super::walk::{Ending, walk};
 use super::{ENCAPSULATION, LogError, METADATA, SCENARIO, Series};
 
 /// Numbers kept of the header of a sample: its step and its status.
-const HEADER_WORDS: usize = 2;
+pub(super) const HEADER_WORDS: usize = 2;
 
 /// A channel of a [`Log`].
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct LogChannel {
     /// What its samples consist of; `None` for a channel of another kind, whose messages are not decoded.
     pub layout: Option<Layout>,
     /// Step, status and words of each sample, one after the other.
-    data: Vec<f64>,
+    pub(super) data: Vec<f64>,
 }
 
 impl LogChannel {
@@ -56,14 +56,14 @@ impl LogChannel {
 /// A recorded run, in memory.
 #[derive(Clone, Debug)]
 pub struct Log {
-    path: PathBuf,
-    complete: bool,
-    scenario: Option<String>,
-    metadata: Option<BTreeMap<String, String>>,
-    channels: Vec<LogChannel>,
+    pub(super) path: PathBuf,
+    pub(super) complete: bool,
+    pub(super) scenario: Option<String>,
+    pub(super) metadata: Option<BTreeMap<String, String>>,
+    pub(super) channels: Vec<LogChannel>,
     /// The first recorded step.
-    first: Option<u32>,
-    times: Vec<u64>,
+    pub(super) first: Option<u32>,
+    pub(super) times: Vec<u64>,
 }
 
 impl Log {

@@ -14,7 +14,7 @@ pub(super) fn runs(subjects: &[Subject], points: usize) -> Value {
     json!({ "version": env!("CARGO_PKG_VERSION"), "runs": runs })
 }
 
-fn packed(values: impl IntoIterator<Item = f64>) -> Value {
+pub(super) fn packed(values: impl IntoIterator<Item = f64>) -> Value {
     let bytes: Vec<u8> = values.into_iter().flat_map(|value| (value as f32).to_le_bytes()).collect();
     STANDARD.encode(bytes).into()
 }

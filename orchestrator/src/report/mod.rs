@@ -4,6 +4,11 @@
 //! [`crate::view`], thinned out so that the file stays small however long the run was.
 
 mod data;
+mod live;
+
+pub(crate) use live::{frame, live};
+
+use serde_json::Value;
 
 use crate::view::Subject;
 
@@ -25,6 +30,9 @@ const PROGRAM: [&str; 5] = [
     include_str!("../../assets/report.js"),
 ];
 
+/// What lets the page of a run that is going on grow.
+const LIVE: &str = include_str!("../../assets/report-live.js");
+
 /// The report on these runs as one HTML document. Runs are told apart by what differs between them.
 pub fn html(subjects: &[Subject]) -> String {
     let data = data::runs(subjects, points(subjects));
@@ -32,10 +40,15 @@ pub fn html(subjects: &[Subject]) -> String {
         [one] => one.log.metadata().and_then(|m| m.get("scenario")).cloned().unwrap_or_else(|| one.stem()),
         several => format!("{} runs", several.len()),
     };
+    page(&title, PROGRAM.concat(), &data)
+}
+
+/// The page with this program and these data in it.
+fn page(title: &str, program: String, data: &Value) -> String {
     let parts = [
         ("/*style*/", STYLE.to_string()),
-        ("/*program*/", PROGRAM.concat()),
-        ("<!--title-->", escape(&title)),
+        ("/*program*/", program),
+        ("<!--title-->", escape(title)),
         // Last, as it is large and may contain anything. "</" would end the element that holds it.
         ("\"data\"", data.to_string().replace("</", "<\\/")),
     ];

@@ -71,17 +71,25 @@ pub(super) fn switching(subject: &Subject, grid: &Grid) -> Option<Panel> {
     /// More rows than this say nothing to anybody.
     const ROWS: usize = 60;
     let end = subject.time(subject.samples() - 1);
-    let switching: Vec<Link> =
-        links(subject).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]).take(ROWS).collect();
-    let curves: Vec<Curve> = switching
-        .iter()
-        .filter_map(|link| {
-            let row = adjacency(subject, link.to)?;
+    let pairs: Vec<(usize, usize)> = if subject.growing {
+        // Any of them may come and go before the end.
+        let count = subject.agents.len();
+        let all = (0..count).flat_map(|to| (0..count).map(move |from| (from, to)));
+        all.filter(|&(from, to)| from != to && fixed(subject, to, from) == 0.0).collect()
+    } else {
+        let found = links(subject).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]);
+        found.map(|link| (link.from, link.to)).collect()
+    };
+    let curves: Vec<Curve> = pairs
+        .into_iter()
+        .take(ROWS)
+        .filter_map(|(from, to)| {
+            let row = adjacency(subject, to)?;
             Some(Curve {
-                label: format!("{} \u{2192} {}", subject.agents[link.from], subject.agents[link.to]),
-                agent: Some(link.to),
+                label: format!("{} \u{2192} {}", subject.agents[from], subject.agents[to]),
+                agent: Some(to),
                 second: false,
-                values: grid.curve(|sample| row.row(sample)[link.from]),
+                values: grid.curve(|sample| row.row(sample)[from]),
             })
         })
         .collect();

@@ -22,6 +22,8 @@ pub struct Subject {
     pub caveats: Vec<String>,
     /// Numbers of the agents, ascending.
     pub agents: Vec<u32>,
+    /// Whether the run is going on, so that what does not vary yet may vary later.
+    pub growing: bool,
 }
 
 impl Subject {
@@ -48,12 +50,13 @@ impl Subject {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
-        let mut agents: Vec<u32> =
-            log.channels().iter().filter(|channel| channel.layout.is_some()).map(|channel| channel.agent).collect();
-        agents.retain(|agent| *agent > 0);
-        agents.sort_unstable();
-        agents.dedup();
-        Ok(Self { log, scenario, verdict, caveats, agents })
+        Ok(Self { agents: agents_of(&log), log, scenario, verdict, caveats, growing: false })
+    }
+
+    /// A run that is going on, with the samples that have been seen of it so far.
+    pub fn growing(log: Log, scenario: Scenario) -> Self {
+        let agents = agents_of(&log);
+        Self { log, scenario: Some(scenario), verdict: None, caveats: Vec::new(), agents, growing: true }
     }
 
     /// Number of samples.
@@ -141,6 +144,15 @@ impl Subject {
     pub fn stem(&self) -> String {
         self.log.path().file_stem().unwrap_or_default().to_string_lossy().into_owned()
     }
+}
+
+fn agents_of(log: &Log) -> Vec<u32> {
+    let mut agents: Vec<u32> =
+        log.channels().iter().filter(|channel| channel.layout.is_some()).map(|channel| channel.agent).collect();
+    agents.retain(|agent| *agent > 0);
+    agents.sort_unstable();
+    agents.dedup();
+    agents
 }
 
 /// What it means that the scenario of a log cannot be read.

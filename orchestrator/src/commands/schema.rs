@@ -1,0 +1,8 @@
+//! `phalanx schema`.
+
+use crate::failure::Failure;
+
+pub(crate) fn schema() -> Result<(), Failure> {
+    println!("{:#}", crate::schema::schema());
+    Ok(())
+}

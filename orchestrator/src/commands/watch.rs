@@ -1,0 +1,184 @@
+//! `phalanx watch`.
+
+use std::io::IsTerminal;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use lockstep::RunDirectory;
+use serde_json::{Value, json};
+
+use super::select_run::{choose, tell};
+use crate::cli::WatchArgs;
+use crate::failure::Failure;
+use crate::report;
+use crate::watch::{Pulse, Screen, Spectator, Web};
+
+/// Time between two frames: 30 a second.
+const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 30);
+/// Time between two questions to the run.
+const QUESTION: Duration = Duration::from_millis(250);
+/// Time between two looks for a run to begin.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
+    let leave = Arc::new(AtomicBool::new(false));
+    let asked = leave.clone();
+    ctrlc::set_handler(move || asked.store(true, SeqCst))
+        .map_err(|error| Failure::system("listen for Ctrl-C")(std::io::Error::other(error)))?;
+    let Some((run, status)) = find(args.run.name.as_deref(), &leave)? else { return Ok(()) };
+    // The only process of a run that has no others.
+    let single = status["processes"] == 1;
+    if single && args.web {
+        return Err(Failure::Usage(format!(
+            "the run {run} is one process (--placement single), whose samples cannot be seen from outside; run it with \
+             --placement processes or agents, or make a report of its log"
+        )));
+    }
+    let spectator = if single { None } else { Some(Spectator::join(&run)?) };
+    let web = match &spectator {
+        Some(spectator) if args.web => Some(Web::start(args.port, spectator.history(), spectator.duration)?),
+        _ => None,
+    };
+    if let Some(web) = &web {
+        println!("The run {run}, live: {}", web.url());
+        if !args.no_open {
+            open(&web.url());
+        }
+    }
+    let mut view = View { run, spectator, web, status, told: None };
+    let over = view.follow(&leave);
+    view.conclude(over, &leave);
+    Ok(())
+}
+
+/// The run that is meant, with its status; waits for one to begin. `None` if Ctrl-C came first.
+fn find(name: Option<&str>, leave: &AtomicBool) -> Result<Option<(String, Value)>, Failure> {
+    let mut said = false;
+    while !leave.load(SeqCst) {
+        let runs = RunDirectory::list()?;
+        let there = name.map_or(!runs.is_empty(), |name| runs.iter().any(|run| run == name));
+        if there {
+            let run = choose(name)?;
+            // A run that has just begun does not answer yet.
+            if let Ok(status) = tell(&run, "status") {
+                return Ok(Some((run, status)));
+            }
+        }
+        if !there && !said {
+            let what = name.map_or_else(|| "a run".to_string(), |name| format!("the run {name}"));
+            eprintln!("waiting for {what} to begin: phalanx run SCENARIO; Ctrl-C leaves");
+            said = true;
+        }
+        thread::sleep(PATIENCE);
+    }
+    Ok(None)
+}
+
+struct View {
+    run: String,
+    spectator: Option<Spectator>,
+    web: Option<Web>,
+    /// The last answer of the run.
+    status: Value,
+    /// How the run went between the last two answers.
+    told: Option<Pulse>,
+}
+
+impl View {
+    /// Shows the run until it is over; whether it is.
+    fn follow(&mut self, leave: &AtomicBool) -> bool {
+        let page = self.web.as_ref().map(|web| format!("{}   ", web.url())).unwrap_or_default();
+        let mut screen = Screen::new(&format!("{page}Ctrl-C leaves; the run goes on."));
+        let mut question = Instant::now() + QUESTION;
+        while !leave.load(SeqCst) {
+            let start = Instant::now();
+            // Asked first, so that the last look comes after the last step.
+            let over = self.is_over();
+            self.look(&mut screen);
+            if over {
+                return true;
+            }
+            if start >= question {
+                self.ask();
+                question = start + QUESTION;
+                if let Some(pulse) = self.told.as_ref().filter(|_| screen.is_due()) {
+                    screen.show(pulse);
+                }
+            }
+            thread::sleep(FRAME.saturating_sub(start.elapsed()));
+        }
+        false
+    }
+
+    fn is_over(&self) -> bool {
+        match &self.spectator {
+            Some(spectator) => spectator.is_over(),
+            None => !RunDirectory::list().is_ok_and(|runs| runs.contains(&self.run)),
+        }
+    }
+
+    fn look(&mut self, screen: &mut Screen) {
+        let Some(spectator) = self.spectator.as_mut() else { return };
+        if !spectator.look() {
+            return;
+        }
+        screen.note(spectator);
+        if let (Some(web), Some(now)) = (&self.web, spectator.now())
+            && web.is_watched()
+        {
+            web.send("frame", &report::frame(now));
+        }
+    }
+
+    fn ask(&mut self) {
+        // A run that does not answer is about to end, or busy; the next question will tell.
+        let Ok(now) = tell(&self.run, "status") else { return };
+        let pulse = Pulse::of(Some(&self.status), &now);
+        if let Some(web) = &self.web {
+            let waiting = pulse.waiting();
+            let text = if waiting.is_empty() { pulse.sentence() } else { format!("{}; {waiting}", pulse.sentence()) };
+            web.send("status", &json!({ "text": text }));
+        }
+        self.told = Some(pulse);
+        self.status = now;
+    }
+
+    /// Says how it ended, in the terminal and to the browsers.
+    fn conclude(&self, over: bool, leave: &AtomicBool) {
+        let dt = self.status["dt"].as_f64().unwrap_or(0.0);
+        let of = self.status["of"].as_u64().unwrap_or(0);
+        let seen = self.spectator.as_ref().and_then(Spectator::newest);
+        let text = match (over, seen) {
+            (false, _) => format!("Left; the run {} goes on.", self.run),
+            (_, Some(step)) if step + 1 == of => format!("The run {} is over: all {of} steps are done.", self.run),
+            (_, Some(step)) => {
+                let time = step as f64 * dt;
+                format!("The run {} is over. It ended early, at step {step} of {}, t = {time} s.", self.run, of - 1)
+            }
+            (_, None) => format!("The run {} is over.", self.run),
+        };
+        println!("{text}");
+        let Some(web) = &self.web else { return };
+        let last = self.spectator.as_ref().and_then(Spectator::now).map(report::frame);
+        if web.end(&text, last) || !over {
+            return;
+        }
+        println!("The page stays at {} until a browser has shown it; Ctrl-C ends it.", web.url());
+        while !web.is_done() && !leave.load(SeqCst) {
+            thread::sleep(QUESTION);
+        }
+    }
+}
+
+/// Opens a browser, if this is somebody's desktop.
+fn open(url: &str) {
+    let desktop = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
+    if desktop && std::io::stdout().is_terminal() {
+        let mut command = Command::new("xdg-open");
+        // The address has been printed; who has no such program copies it.
+        let _ = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    }
+}

@@ -1,0 +1,210 @@
+//! One calm screen in the terminal; plain lines where there is none.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use super::sparkline::{range, sparkline};
+use super::{Pulse, Spectator};
+
+/// Time between two screens, and between two plain lines.
+const SCREEN_EVERY: Duration = Duration::from_millis(250);
+const LINE_EVERY: Duration = Duration::from_secs(2);
+/// Errors that are remembered for each agent.
+const MOST_ERRORS: usize = 4000;
+
+/// Shows a run on stdout.
+pub(crate) struct Screen {
+    terminal: Option<Terminal>,
+    next: Instant,
+    /// By agent.
+    errors: Vec<Vec<f64>>,
+    unit: String,
+    /// Stands below everything.
+    footer: String,
+}
+
+/// The terminal gets its own screen and its cursor back when this is dropped.
+struct Terminal {
+    blocks: bool,
+    colour: bool,
+}
+
+impl Screen {
+    /// A screen, if stdout is a terminal that can have one. `footer` is its last line.
+    pub(crate) fn new(footer: &str) -> Self {
+        let dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
+        let terminal = (std::io::stdout().is_terminal() && !dumb).then(Terminal::take);
+        Self { terminal, next: Instant::now(), errors: Vec::new(), unit: String::new(), footer: footer.into() }
+    }
+
+    /// Takes notice of what the spectator sees.
+    pub(crate) fn note(&mut self, spectator: &Spectator) {
+        let (errors, unit) = spectator.errors();
+        self.errors.resize(errors.len(), Vec::new());
+        self.unit = unit;
+        for (list, error) in self.errors.iter_mut().zip(errors) {
+            if list.len() >= MOST_ERRORS {
+                *list = list.chunks(2).map(|pair| pair.iter().copied().fold(f64::NAN, f64::max)).collect();
+            }
+            list.push(error);
+        }
+    }
+
+    /// Whether it is time for the next picture.
+    pub(crate) fn is_due(&self) -> bool {
+        Instant::now() >= self.next
+    }
+
+    /// Shows how the run goes. What cannot be printed any more is lost: the reader has gone.
+    pub(crate) fn show(&mut self, pulse: &Pulse) {
+        let mut out = std::io::stdout().lock();
+        let (text, every) = match &self.terminal {
+            None => (format!("{}\n", self.line(pulse)), LINE_EVERY),
+            Some(terminal) => {
+                let size = terminal_size::terminal_size_of(std::io::stdout());
+                let (width, height) = size.map_or((80, 24), |(width, height)| (width.0, height.0));
+                let lines = self.lines(pulse, terminal, width.into(), height.into());
+                let lines: Vec<String> = lines.iter().map(|line| format!("{line}\x1b[K")).collect();
+                (format!("\x1b[H{}\x1b[J", lines.join("\r\n")), SCREEN_EVERY)
+            }
+        };
+        self.next = Instant::now() + every;
+        let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    }
+
+    fn line(&self, pulse: &Pulse) -> String {
+        let mut line = pulse.sentence();
+        let now = self.errors.iter().filter_map(|list| list.last()).copied().enumerate();
+        if let Some((agent, error)) = now.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            line.push_str(&format!(", largest error {error:.1e} {} (agent {})", self.unit, agent + 1));
+        }
+        let waiting = pulse.waiting();
+        if waiting.is_empty() { line } else { format!("{line}; {waiting}") }
+    }
+
+    /// The screen as lines that fit.
+    fn lines(&self, pulse: &Pulse, terminal: &Terminal, width: usize, height: usize) -> Vec<String> {
+        let processes =
+            if pulse.processes == 1 { "1 process".into() } else { format!("{} processes", pulse.processes) };
+        let mut lines = vec![
+            terminal.strong(&cut(&format!("{}: run {}, {processes}", pulse.title, pulse.run), width)),
+            terminal.bar(pulse.share(), width.min(72)),
+            cut(&pulse.sentence(), width),
+            cut(&pulse.waiting(), width),
+        ];
+        let room = height.saturating_sub(lines.len() + 4);
+        if !self.errors.is_empty() && room > 0 {
+            let limits = range(self.errors.iter().map(Vec::as_slice));
+            let scale = format!("{:.0e} to {:.0e} {}", limits[0], limits[1], self.unit);
+            lines.push(String::new());
+            lines.push(terminal.faint(&cut(&format!("agent    error  since the start, logarithmic, {scale}"), width)));
+            // Of more agents than there are lines, those that are worst.
+            let mut agents: Vec<usize> = (0..self.errors.len()).collect();
+            let now = |agent: usize| self.errors[agent].last().copied().unwrap_or(0.0);
+            if agents.len() > room {
+                agents.sort_by(|a, b| now(*b).total_cmp(&now(*a)));
+                agents.truncate(room);
+                agents.sort_unstable();
+            }
+            for agent in agents {
+                let line = sparkline(&self.errors[agent], width.saturating_sub(17).min(60), limits, terminal.blocks);
+                let head = cut(&format!("{:>5}  {:>7.1e}  ", agent + 1, now(agent)), width);
+                lines.push(format!("{head}{}", terminal.accent(&line)));
+            }
+        }
+        if lines.len() + 2 <= height {
+            lines.push(String::new());
+            lines.push(terminal.faint(&cut(&self.footer, width)));
+        }
+        lines.truncate(height);
+        lines
+    }
+}
+
+impl Terminal {
+    fn take() -> Self {
+        let blocks = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(|name| std::env::var(name).ok());
+        let locale = blocks.into_iter().find(|value| !value.is_empty()).unwrap_or_default().to_ascii_lowercase();
+        let colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        print!("\x1b[?1049h\x1b[?25l");
+        Self { blocks: locale.contains("utf-8") || locale.contains("utf8"), colour }
+    }
+
+    fn style(&self, code: &str, text: &str) -> String {
+        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
+    }
+
+    fn strong(&self, text: &str) -> String {
+        self.style("1", text)
+    }
+
+    fn faint(&self, text: &str) -> String {
+        self.style("2", text)
+    }
+
+    fn accent(&self, text: &str) -> String {
+        self.style("36", text)
+    }
+
+    fn bar(&self, share: f64, width: usize) -> String {
+        let done = (share.clamp(0.0, 1.0) * width as f64) as usize;
+        let [full, empty] = if self.blocks { ["█", "░"] } else { ["#", "."] };
+        format!("{}{}", self.accent(&full.repeat(done)), self.faint(&empty.repeat(width - done)))
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let mut out = std::io::stdout().lock();
+        let _ = out.write_all(b"\x1b[?25h\x1b[?1049l").and_then(|()| out.flush());
+    }
+}
+
+/// At most `width` characters of a text.
+fn cut(text: &str, width: usize) -> String {
+    text.chars().take(width).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn screen(agents: usize) -> Screen {
+        let errors = (1..=agents).map(|agent| vec![1.0, 0.1 * agent as f64]).collect();
+        Screen { terminal: None, next: Instant::now(), errors, unit: "m".into(), footer: "Ctrl-C leaves".into() }
+    }
+
+    fn pulse() -> Pulse {
+        let last = vec![("controller_3".to_string(), 0.5)];
+        Pulse {
+            title: "uav TSC".into(),
+            run: "uav".into(),
+            steps: 500,
+            of: 1001,
+            duration: 10.0,
+            last,
+            ..Pulse::default()
+        }
+    }
+
+    #[test]
+    fn every_screen_fits_its_terminal() {
+        let terminal = std::mem::ManuallyDrop::new(Terminal { blocks: false, colour: false });
+        for (width, height) in [(80, 24), (20, 5), (5, 2), (200, 60), (1, 1), (40, 8)] {
+            let lines = screen(30).lines(&pulse(), &terminal, width, height);
+            assert!(lines.len() <= height, "{height}: {lines:#?}");
+            assert!(lines.iter().all(|line| line.chars().count() <= width.max(17)), "{width}: {lines:#?}");
+        }
+        let lines = screen(6).lines(&pulse(), &terminal, 80, 24).join("\n");
+        for word in
+            ["uav TSC: run uav", "####", "last to be done: controller_3 50 %", "    6   6.0e-1", "Ctrl-C leaves"]
+        {
+            assert!(lines.contains(word), "{word}: {lines}");
+        }
+    }
+
+    #[test]
+    fn a_line_names_the_agent_that_is_worst() {
+        assert!(screen(3).line(&pulse()).contains("largest error 3.0e-1 m (agent 3)"), "{}", screen(3).line(&pulse()));
+    }
+}

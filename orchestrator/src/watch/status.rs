@@ -1,0 +1,127 @@
+//! What a run tells about itself through its control socket.
+
+use serde_json::Value;
+
+/// How a run goes, from two answers of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Pulse {
+    /// Name of the run.
+    pub(crate) run: String,
+    /// Scenario and variant.
+    pub(crate) title: String,
+    /// Steps that are done.
+    pub(crate) steps: u64,
+    /// Steps of the whole run.
+    pub(crate) of: u64,
+    /// Simulated time, s.
+    pub(crate) time: f64,
+    /// Length of the run, s.
+    pub(crate) duration: f64,
+    /// Number of processes.
+    pub(crate) processes: u64,
+    /// Whether somebody holds it.
+    pub(crate) paused: bool,
+    /// Steps per second between the two answers.
+    pub(crate) rate: f64,
+    /// Simulated seconds per second between the two answers.
+    pub(crate) speed: f64,
+    /// Whom the others wait for at this moment.
+    pub(crate) awaited: Vec<String>,
+    /// Who was last in its phase how often between the two answers, as shares of the steps; most first.
+    pub(crate) last: Vec<(String, f64)>,
+}
+
+impl Pulse {
+    /// From the answer before, if there was one, and the one now.
+    pub(crate) fn of(before: Option<&Value>, now: &Value) -> Self {
+        let text = |name: &str| now[name].as_str().unwrap_or_default().to_string();
+        let whole = |name: &str| now[name].as_u64().unwrap_or(0);
+        let number = |status: &Value, name: &str| status[name].as_f64().unwrap_or(0.0);
+        let gain = |name: &str| number(now, name) - before.map_or(0.0, |before| number(before, name));
+        let wall = gain("wall_s").max(1e-9);
+        let workers = |status: &Value| status["workers"].as_array().cloned().unwrap_or_default();
+        let old = before.map(workers).unwrap_or_default();
+        let share = |(index, worker): (usize, &Value)| {
+            let gain = |name: &str| number(worker, name) - old.get(index).map_or(0.0, |old| number(old, name));
+            (worker["name"].as_str().unwrap_or_default().to_string(), gain("last") / gain("runs").max(1.0))
+        };
+        let mut last: Vec<(String, f64)> = workers(now).iter().enumerate().map(share).collect();
+        last.retain(|(_, share)| *share > 0.0);
+        last.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let dt = number(now, "dt");
+        Self {
+            run: text("run"),
+            title: format!("{} {}", text("scenario"), text("variant")).trim().to_string(),
+            steps: whole("steps"),
+            of: whole("of"),
+            time: number(now, "time"),
+            duration: whole("of").saturating_sub(1) as f64 * dt,
+            processes: whole("processes"),
+            paused: now["paused"].as_bool().unwrap_or(false),
+            rate: gain("steps") / wall,
+            speed: gain("time") / wall,
+            awaited: now["awaited"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Value::as_str)
+                .map(String::from)
+                .collect(),
+            last,
+        }
+    }
+
+    /// Share of the run that is done, from 0 to 1.
+    pub(crate) fn share(&self) -> f64 {
+        self.steps as f64 / self.of.max(1) as f64
+    }
+
+    /// How far and how fast, in one line.
+    pub(crate) fn sentence(&self) -> String {
+        let (time, duration) = (self.time.min(self.duration), self.duration);
+        let far = format!("t = {time:.2} of {duration} s ({:.0} %)", 100.0 * self.share());
+        if self.paused {
+            return format!("{far}, paused");
+        }
+        let left = (self.of.saturating_sub(self.steps)) as f64 / self.rate.max(1e-9);
+        let left = if left < 1e6 { format!(", {left:.0} s left") } else { String::new() };
+        format!("{far}, {:.0} steps/s, {:.1} x real time{left}", self.rate, self.speed)
+    }
+
+    /// Whom the others wait for, in one line; empty if nobody stands out.
+    pub(crate) fn waiting(&self) -> String {
+        if self.paused {
+            return "nobody computes: the run is paused".into();
+        }
+        let shares = self.last.iter().take(4).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
+        let shares: Vec<String> = shares.collect();
+        if shares.is_empty() { String::new() } else { format!("last to be done: {}", shares.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn speed_and_laggards_are_those_between_two_answers() {
+        let status = |steps: u64, wall: f64, last: [u64; 2]| {
+            json!({
+                "run": "uav-2", "scenario": "uav", "variant": "TSC", "steps": steps, "of": 8001, "dt": 0.01,
+                "time": steps as f64 * 0.01, "wall_s": wall, "processes": 15, "paused": false, "awaited": ["b"],
+                "workers": [
+                    { "name": "a", "runs": steps, "last": last[0] },
+                    { "name": "b", "runs": steps, "last": last[1] },
+                ],
+            })
+        };
+        let pulse = Pulse::of(Some(&status(1000, 1.0, [900, 100])), &status(3000, 2.0, [1000, 2000]));
+        assert_eq!((pulse.rate, pulse.speed, pulse.duration), (2000.0, 20.0, 80.0));
+        assert_eq!(pulse.last, [("b".to_string(), 0.95), ("a".to_string(), 0.05)]);
+        assert_eq!(pulse.sentence(), "t = 30.00 of 80 s (37 %), 2000 steps/s, 20.0 x real time, 3 s left");
+        assert_eq!(pulse.waiting(), "last to be done: b 95 %, a 5 %");
+        assert_eq!(pulse.title, "uav TSC");
+    }
+}
