@@ -7,6 +7,7 @@ pub(crate) mod echo;
 pub(crate) mod export;
 pub(crate) mod graph;
 pub(crate) mod info;
+pub(crate) mod layout;
 pub(crate) mod list;
 pub(crate) mod participant;
 pub(crate) mod plot;
