@@ -7,3 +7,4 @@ mod mistakes;
 mod program;
 mod readers;
 mod runs;
+mod scene;

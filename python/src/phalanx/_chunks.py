@@ -168,7 +168,7 @@ class _Definitions:
 
     def look_into(self, chunk: npt.NDArray[np.uint8]) -> None:
         """Takes the definitions in front of the messages of a chunk."""
-        for opcode, body in _records(memoryview(chunk)):
+        for opcode, body in _records(chunk.data):
             match opcode:
                 case Opcode.SCHEMA:
                     schema = Schema.read(_stream(body))

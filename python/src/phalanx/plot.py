@@ -53,7 +53,7 @@ def paths(log: Log, ax: Axes | None = None) -> Axes:
             ax.fill(centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle), color="#999999")
     ax.set(xlabel="x (m)", ylabel="y (m)")
     if flies:
-        ax.set_zlabel("z (m)")
+        ax.set(zlabel="z (m)")
     else:
         ax.set_aspect("equal", "datalim")
     ax.legend(fontsize="small")
