@@ -136,6 +136,8 @@ def read(path: Path) -> Content:
                     content.metadata = dict(metadata.metadata)
             case Opcode.FOOTER:
                 content.complete = True
+            case _:
+                definitions.take(opcode, body)
     collectors = definitions.collectors.values()
     if not collectors:
         raise ValueError(f"{path} holds no samples of `phalanx run`")
@@ -169,17 +171,21 @@ class _Definitions:
     def look_into(self, chunk: npt.NDArray[np.uint8]) -> None:
         """Takes the definitions in front of the messages of a chunk."""
         for opcode, body in _records(chunk.data):
-            match opcode:
-                case Opcode.SCHEMA:
-                    schema = Schema.read(_stream(body))
-                    self.schemas[schema.id] = fields_of(schema)
-                case Opcode.CHANNEL:
-                    channel = Channel.read(_stream(body))
-                    fields = self.schemas.get(channel.schema_id)
-                    if fields is not None and channel.id not in self.collectors:
-                        self.collectors[channel.id] = _Collector(channel.topic, fields)
-                case Opcode.MESSAGE:
-                    return
+            if opcode == Opcode.MESSAGE:
+                return
+            self.take(opcode, body)
+
+    def take(self, opcode: int, body: memoryview) -> None:
+        """Takes a record, if it defines something."""
+        match opcode:
+            case Opcode.SCHEMA:
+                schema = Schema.read(_stream(body))
+                self.schemas[schema.id] = fields_of(schema)
+            case Opcode.CHANNEL:
+                channel = Channel.read(_stream(body))
+                fields = self.schemas.get(channel.schema_id)
+                if fields is not None and channel.id not in self.collectors:
+                    self.collectors[channel.id] = _Collector(channel.topic, fields)
 
 
 def _unpack(chunk: Chunk) -> npt.NDArray[np.uint8]:
