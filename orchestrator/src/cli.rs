@@ -18,11 +18,11 @@ pub(crate) use documents::{ManArgs, program};
 use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
-pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
 use pipe::end_with_the_reader;
 pub(crate) use watch::WatchArgs;
+pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
 
 use crate::commands;
 use crate::failure::Failure;
@@ -66,6 +66,8 @@ enum Command {
     Report(ReportArgs),
     /// Write the signals of a log as CSV, NumPy or MATLAB files
     Export(ExportArgs),
+    /// Write a layout for Foxglove, Lichtblick, PlotJuggler or Rerun
+    Layout(LayoutArgs),
     /// Print the values of a topic
     Echo(EchoArgs),
     /// Draw signals of a log in the terminal
@@ -98,7 +100,7 @@ enum Command {
 }
 
 /// A scenario and what is changed about it.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ScenarioArgs {
     /// Name of a shipped scenario (see `phalanx list`) or path of a scenario file
     pub scenario: String,
@@ -139,6 +141,9 @@ pub(crate) struct RunArgs {
     /// Record nothing and check nothing
     #[arg(long, conflicts_with = "out")]
     pub(crate) no_log: bool,
+    /// Record the signals only, without the messages (/tf, /scene/..., /rosout) from which viewers draw the formation
+    #[arg(long, conflicts_with = "no_log")]
+    pub(crate) no_scene: bool,
     /// How the participants are spread over processes; changes no bit of the result [default: groups if the scenario has
     /// any, else processes]
     #[arg(long, value_enum)]
@@ -299,6 +304,7 @@ pub fn main() -> ExitCode {
         Command::Watch(args) => commands::watch::watch(&args),
         Command::Report(args) => commands::report::report(&args),
         Command::Export(args) => commands::export::export(&args),
+        Command::Layout(args) => commands::layout::layout(&args),
         Command::Echo(args) => commands::echo::echo(&args),
         Command::Plot(args) => commands::plot::plot(&args),
         Command::Recover(args) => commands::recover::recover(&args),

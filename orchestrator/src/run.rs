@@ -11,12 +11,13 @@ use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store, Tap};
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo, Summary};
+use crate::log::{DEFAULT_FLUSH_EVERY, LogError, Recorder, RunInfo, Summary};
 use crate::pinning::{Home, MEASURED_STEPS, Pin};
 use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
 use crate::recovery::Recovery;
+use crate::scene::Scene;
 use crate::stress::Stress;
 use crate::swap::{RobotSwap, Swap};
 use crate::urgency::Urgency;
@@ -31,6 +32,8 @@ pub struct Options {
     pub placement: Placement,
     /// Where the log goes; `None`: nothing is recorded.
     pub log: Option<PathBuf>,
+    /// Whether the log shows the scene to viewers, besides the signals.
+    pub scene: bool,
     /// Which cores the processes use.
     pub pin: Pin,
     /// Participants that are programs of the user.
@@ -52,12 +55,12 @@ pub struct Options {
 }
 
 impl Options {
-    /// As fast as possible, without a word, recorded into `log` if there is one.
+    /// As fast as possible, without a word, recorded into `log` with its scene if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
         let (on_failure, urgency) = (FailurePolicy::default(), Urgency::default());
-        let (progress, pace, trace, stress, tap) = (false, None, None, None, false);
-        Self { placement, log, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency }
+        let (scene, progress, pace, trace, stress, tap) = (true, false, None, None, None, false);
+        Self { placement, log, scene, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency }
     }
 
     /// Whether somebody takes part for whom time passes by itself.
@@ -127,6 +130,10 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let mut recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
     // After it, so that the compression is not urgent.
     options.urgency.claim();
+    let mut scene = match &mut recorder {
+        Some(recorder) if options.scene => Scene::new(assembly, recorder)?,
+        _ => None,
+    };
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
@@ -195,8 +202,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
             break;
         }
         if let Some(recorder) = &mut recorder
-            && let Err(error) =
-                recorder.record(step, engine.store(), |channel| header(assembly, engine.store(), channel, step))
+            && let Err(error) = record(assembly, step, engine.store(), recorder, scene.as_mut())
         {
             failure = Some(error.into());
             break;
@@ -233,6 +239,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     engine.finish()?;
     if let Some(failure) = failure {
         return Err(failure);
+    }
+    if let (Some(recorder), Some(scene)) = (&mut recorder, &mut scene) {
+        scene.close(stopped.as_ref(), recorder)?;
     }
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
@@ -304,6 +313,18 @@ fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
         flush_every: DEFAULT_FLUSH_EVERY,
     };
     Ok(Recorder::create(path, &info)?)
+}
+
+/// Records a step, and draws it if the log has a scene.
+fn record(
+    assembly: &Assembly,
+    step: u64,
+    store: &Store,
+    recorder: &mut Recorder,
+    scene: Option<&mut Scene>,
+) -> Result<(), LogError> {
+    recorder.record(step, store, |channel| header(assembly, store, channel, step))?;
+    scene.map_or(Ok(()), |scene| scene.draw(step, store, recorder))
 }
 
 /// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.

@@ -16,3 +16,4 @@ mod runs;
 mod tap;
 mod tutorial;
 mod watch;
+mod scene;

@@ -1,5 +1,6 @@
-//! The log in the stock readers of the Python world.
+//! The log in readers that other people made.
 
+use std::path::Path;
 use std::process::Command;
 
 use crate::program::Folder;
@@ -41,4 +42,78 @@ fn stock_readers_see_the_golden_values() {
             assert!((value - expected).abs() < 1e-7, "{topic} {field} at {time}: {value} {expected}");
         }
     }
+}
+
+/// Runs a script of `tests/` on a log and returns its lines; `None` without the programs that it needs.
+fn lines(program: Option<std::ffi::OsString>, script: &str, log: &Path) -> Option<Vec<String>> {
+    let Some(program) = program else {
+        eprintln!("skipped: {script} needs what .ci/run installs");
+        return None;
+    };
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests").join(script);
+    let output = Command::new(program).arg(&script).arg(log).output().expect("the program starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}: {text}{}", script.display(), String::from_utf8_lossy(&output.stderr));
+    Some(text.lines().map(str::to_string).collect())
+}
+
+/// What both Python readers find in the scene of a log, after holding it against the signals.
+pub(crate) fn scene_of(log: &Path) -> Option<Vec<String>> {
+    lines(std::env::var_os(PYTHON), "python/read_scene.py", log)
+}
+
+/// Node, if the packages of `tests/typescript` are installed.
+fn node() -> Option<std::ffi::OsString> {
+    let packages = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/typescript/node_modules");
+    Path::new(packages).is_dir().then(|| "node".into())
+}
+
+#[test]
+fn stock_readers_draw_the_scene() {
+    let folder = Folder::new();
+    folder.run(&["run", "rca", "--duration", "2", "-q", "--out", "rca.mcap"]);
+    folder.run(&["run", "uav", "--duration", "2", "-q", "--out", "uav.mcap"]);
+    // 50 frames a second, and the one at the start.
+    let counts =
+        "/tf=101 /rosout=2 /scene/bodies=1 /scene/links=101 /scene/trails=2 /scene/poses=101 /scene/targets=101";
+    for (log, expected) in [("rca.mcap", format!("{counts} /scene/obstacles=1")), ("uav.mcap", counts.to_string())] {
+        let Some(lines) = scene_of(&folder.path(log)) else { return };
+        for reader in ["mcap-ros2-support", "rosbags"] {
+            assert!(lines.contains(&format!("{reader} {expected}")), "{lines:?}");
+        }
+        assert!(lines.iter().any(|line| line.contains("|20|phalanx|the run is complete, ")), "{lines:?}");
+    }
+}
+
+#[test]
+fn the_readers_of_foxglove_and_lichtblick_decode_every_topic() {
+    let folder = Folder::new();
+    folder.run(&["run", "rca", "--duration", "1", "-q", "--out", "run.mcap"]);
+    let Some(lines) = lines(node(), "typescript/read.mjs", &folder.path("run.mcap")) else { return };
+    let last = |topic: &str, kind: &str, count: u64| -> serde_json::Value {
+        let start = format!("{topic} {kind} {count} ");
+        let line = lines.iter().find_map(|line| line.strip_prefix(&start));
+        serde_json::from_str(line.unwrap_or_else(|| panic!("no line {start} in {lines:#?}"))).expect("JSON")
+    };
+    let transforms = last("/tf", "tf2_msgs/msg/TFMessage", 51);
+    let state = last("/agent_1/state", "phalanx_msgs/msg/State", 1001);
+    assert_eq!(transforms["transforms"][0]["child_frame_id"], "agent_1");
+    assert_eq!(transforms["transforms"][0]["transform"]["translation"]["x"], state["position"][0]);
+    let bodies = last("/scene/bodies", "visualization_msgs/msg/MarkerArray", 1);
+    assert_eq!((&bodies["markers"][0]["frame_locked"], &bodies["markers"][2]["text"]), (&true.into(), &"1".into()));
+    last("/scene/obstacles", "visualization_msgs/msg/MarkerArray", 1);
+    last("/scene/poses", "geometry_msgs/msg/PoseArray", 51);
+    assert_eq!(last("/rosout", "rcl_interfaces/msg/Log", 2)["name"], "phalanx");
+}
+
+#[test]
+fn rerun_moves_the_frames_and_shows_the_journal() {
+    let folder = Folder::new();
+    folder.run(&["run", "uav", "--duration", "1", "-q", "--out", "run.mcap"]);
+    let Some(lines) = lines(std::env::var_os(PYTHON), "python/read_rerun.py", &folder.path("run.mcap")) else { return };
+    // Six frames in each message.
+    for line in ["/tf 306 Transform3D", "/agent_6/command 101 message", "/scene/links 51 message"] {
+        assert!(lines.iter().any(|found| found == line), "{line} in {lines:#?}");
+    }
+    assert!(lines.iter().any(|line| line.starts_with("/rosout 2 ") && line.contains("TextLog")), "{lines:#?}");
 }

@@ -58,6 +58,39 @@ pub(crate) struct ExportArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// A viewer of logs that other people made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Viewer {
+    /// A JSON file for Foxglove
+    Foxglove,
+    /// A JSON file for Lichtblick
+    Lichtblick,
+    /// An XML file for PlotJuggler
+    Plotjuggler,
+    /// A Python program that opens the log in Rerun
+    Rerun,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx layout runs/uav-TSC.mcap --for foxglove
+  phalanx layout uav --for plotjuggler --out uav.xml")]
+pub(crate) struct LayoutArgs {
+    /// A log that `phalanx run` recorded, or a scenario that is yet to run
+    #[arg(value_name = "LOG.mcap|SCENARIO")]
+    pub(crate) run: String,
+    /// For which viewer
+    #[arg(long = "for", value_enum, value_name = "VIEWER")]
+    pub(crate) viewer: Viewer,
+    /// Variant of the scenario
+    #[arg(long)]
+    pub(crate) variant: Option<String>,
+    /// Where the layout goes [default: beside the log, or here: <LOG>-<VIEWER>.json, .xml, .py]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:

@@ -8,6 +8,7 @@ pub(crate) mod echo;
 pub(crate) mod export;
 pub(crate) mod graph;
 pub(crate) mod info;
+pub(crate) mod layout;
 pub(crate) mod list;
 pub(crate) mod man;
 pub(crate) mod participant;

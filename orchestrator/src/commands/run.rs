@@ -38,6 +38,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         pin: Pin::parse(&args.pin)?,
         progress: !args.quiet,
         log: log.clone(),
+        scene: !args.no_scene,
         pace: args.realtime,
         trace,
         on_failure: failure_policy(args, &assembly)?,
@@ -83,7 +84,7 @@ pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<()
     }
 }
 
-fn default_log(assembly: &Assembly) -> PathBuf {
+pub(super) fn default_log(assembly: &Assembly) -> PathBuf {
     let scenario = &assembly.scenario;
     let variant = if scenario.variant.is_empty() { String::new() } else { format!("-{}", scenario.variant) };
     Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))

@@ -68,6 +68,11 @@ impl fmt::Display for Difference {
     }
 }
 
+/// The channels with samples; a scene for viewers is beside the point, it follows from them.
+fn signals(log: &Log) -> impl Iterator<Item = &LogChannel> {
+    log.channels().iter().filter(|channel| channel.layout.is_some())
+}
+
 /// Compares all samples of two logs.
 pub fn compare(a: &Log, b: &Log) -> Comparison {
     if let Some(reason) = unlike(a, b) {
@@ -76,7 +81,8 @@ pub fn compare(a: &Log, b: &Log) -> Comparison {
     let (mut numbers, mut differing) = (0, 0);
     // Row, number of the channel, word.
     let mut first: Option<(usize, usize, usize)> = None;
-    for (index, (ours, theirs)) in a.channels().iter().zip(b.channels()).enumerate() {
+    let pairs: Vec<_> = signals(a).zip(signals(b)).collect();
+    for (index, (ours, theirs)) in pairs.iter().enumerate() {
         let stride = ours.stride();
         for (at, (x, y)) in ours.numbers().iter().zip(theirs.numbers()).enumerate() {
             numbers += 1;
@@ -88,7 +94,7 @@ pub fn compare(a: &Log, b: &Log) -> Comparison {
         }
     }
     let Some((row, index, word)) = first else { return Comparison::Equal { numbers } };
-    let [ours, theirs] = [a, b].map(|log| &log.channels()[index]);
+    let (ours, theirs) = pairs[index];
     let value = |channel: &LogChannel| channel.numbers()[row * channel.stride() + word];
     Comparison::Different(Difference {
         step: a.steps().start + row as u64,
@@ -103,7 +109,7 @@ pub fn compare(a: &Log, b: &Log) -> Comparison {
 
 /// Why the samples of two logs cannot be compared one by one.
 fn unlike(a: &Log, b: &Log) -> Option<String> {
-    let topics = |log: &Log| log.channels().iter().map(|channel| channel.topic.clone()).collect::<Vec<_>>();
+    let topics = |log: &Log| signals(log).map(|channel| channel.topic.clone()).collect::<Vec<_>>();
     let (ours, theirs) = (topics(a), topics(b));
     for (one, other, which) in [(&ours, &theirs, "second"), (&theirs, &ours, "first")] {
         if let Some(topic) = one.iter().find(|topic| !other.contains(topic)) {
@@ -113,7 +119,7 @@ fn unlike(a: &Log, b: &Log) -> Option<String> {
     if ours != theirs {
         return Some("their topics are in a different order".into());
     }
-    let mut channels = a.channels().iter().zip(b.channels());
+    let mut channels = signals(a).zip(signals(b));
     if let Some((channel, _)) = channels.find(|(ours, theirs)| ours.layout != theirs.layout) {
         return Some(format!("samples of {} have other fields in the second log", channel.topic));
     }

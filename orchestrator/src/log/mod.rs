@@ -43,4 +43,4 @@ const SCENARIO: &str = "scenario.toml";
 /// Name of the metadata record that holds what the caller says about the run.
 const METADATA: &str = "phalanx";
 /// What stands before the header of every message: CDR, little-endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub(crate) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

@@ -58,7 +58,7 @@ impl Job {
         let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &ROLES)
             .map_err(|problems: Vec<Problem>| Failure::Invalid(problems))?;
         let log = TemporaryLog(folder.join(format!("{}.mcap", self.name().replace(['/', ' '], "-"))));
-        let options = Options::new(Placement::Single, Some(log.0.clone()));
+        let options = Options { scene: false, ..Options::new(Placement::Single, Some(log.0.clone())) };
         let outcome = run(&assembly, &options, |_| {})?;
         let recorded = Log::open(&log.0)?;
         let verdict = match recorded.steps().is_empty() {

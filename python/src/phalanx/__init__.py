@@ -9,13 +9,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import plot
+    from .log import Log, Topic, open
+    from .metrics import Metric, compare
     from .participant import Participant, PhalanxError, Step
+    from .running import LogError, ProgramError, RunError, ScenarioError, find_program, run
 
 # Where each public name lives.
 _HOMES = {
+    "Log": "log",
+    "LogError": "running",
+    "Metric": "metrics",
     "Participant": "participant",
     "PhalanxError": "participant",
+    "ProgramError": "running",
+    "RunError": "running",
+    "ScenarioError": "running",
     "Step": "participant",
+    "Topic": "log",
+    "compare": "metrics",
+    "find_program": "running",
+    "open": "log",
+    "plot": "",
+    "run": "running",
 }
 
 __all__ = sorted(_HOMES)
@@ -26,7 +42,8 @@ def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module `phalanx` has no `{name}`, only {', '.join(__all__)}")
-    value = getattr(import_module(f"{__name__}.{home}"), name)
+    # A module of the package is shown as it is.
+    value = getattr(import_module(f"{__name__}.{home}"), name) if home else import_module(f"{__name__}.{name}")
     # A function may be called like the module that it comes from; the function is what the package shows.
     globals()[name] = value
     return value

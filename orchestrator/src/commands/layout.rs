@@ -1,0 +1,61 @@
+//! `phalanx layout`.
+
+use std::path::{Path, PathBuf};
+
+use super::select::assemble;
+use crate::cli::{LayoutArgs, ScenarioArgs, Viewer};
+use crate::failure::Failure;
+use crate::layouts::layout as write_layout;
+use crate::log::Log;
+
+pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {
+    let path = Path::new(&args.run);
+    let (text, stem) = if path.extension().is_some_and(|extension| extension == "mcap") {
+        if args.variant.is_some() {
+            return Err(Failure::Usage("a log has its variant already; leave out --variant".into()));
+        }
+        let log = Log::open(path)?;
+        let channels = log
+            .channels()
+            .iter()
+            .filter_map(|channel| Some((channel.topic.as_str(), channel.agent, channel.layout.as_ref()?)));
+        (write_layout(args.viewer, channels, &args.run), path.with_extension(""))
+    } else {
+        let scenario =
+            ScenarioArgs { scenario: args.run.clone(), variant: args.variant.clone(), ..ScenarioArgs::default() };
+        let assembly = assemble(&scenario)?;
+        let name = super::run::default_log(&assembly);
+        let channels = assembly.network.channels.iter().map(|c| (c.topic.as_str(), c.agent, &c.layout));
+        let stem = name.file_stem().map(PathBuf::from).unwrap_or_default();
+        (write_layout(args.viewer, channels, &name.display().to_string()), stem)
+    };
+    let out = args.out.clone().unwrap_or_else(|| {
+        let mut name = stem.into_os_string();
+        name.push(ending(args.viewer));
+        name.into()
+    });
+    std::fs::write(&out, text).map_err(Failure::system(format!("write {}", out.display())))?;
+    println!("{}", out.display());
+    println!("{}", usage(args.viewer, &out.display().to_string()));
+    Ok(())
+}
+
+fn ending(viewer: Viewer) -> &'static str {
+    match viewer {
+        Viewer::Foxglove => "-foxglove.json",
+        Viewer::Lichtblick => "-lichtblick.json",
+        Viewer::Plotjuggler => "-plotjuggler.xml",
+        Viewer::Rerun => "-rerun.py",
+    }
+}
+
+/// What to do with the file.
+fn usage(viewer: Viewer, out: &str) -> String {
+    match viewer {
+        Viewer::Foxglove | Viewer::Lichtblick => "open the log, then Layout > Import from file".into(),
+        Viewer::Plotjuggler => {
+            "open the log, then File > Load layout; or `plotjuggler -d LOG.mcap -l ".to_string() + out + "`"
+        }
+        Viewer::Rerun => format!("`pip install rerun-sdk phalanx`, then `python3 {out}` opens the log with it"),
+    }
+}

@@ -1,0 +1,149 @@
+//! Who is on the scene: agents, where their coordinates stand, and the links between them.
+
+use formation::scenario::Agent;
+use formation::wiring::Assembly;
+use lockstep::{ChannelId, Network, Store};
+
+use super::message::Pose;
+
+/// Okabe and Ito's colours, black replaced by a grey that shows on dark and on light ground.
+const COLOURS: [[u8; 3]; 8] = [
+    [0x00, 0x72, 0xb2],
+    [0xe6, 0x9f, 0x00],
+    [0x99, 0x99, 0x99],
+    [0x56, 0xb4, 0xe9],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0xf0, 0xe4, 0x42],
+];
+
+/// Numbers that stand in a channel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Signal {
+    channel: ChannelId,
+    offset: usize,
+    width: usize,
+}
+
+impl Signal {
+    /// The field of this name of an agent, on the topic that ends in `role`, or on any topic.
+    fn find(network: &Network, agent: u32, role: Option<&str>, field: &str) -> Option<Self> {
+        network.channels.iter().enumerate().filter(|(_, channel)| channel.agent == agent).find_map(
+            |(index, channel)| {
+                if role.is_some_and(|role| channel.topic.rsplit('/').next() != Some(role)) {
+                    return None;
+                }
+                let (offset, width) = channel.layout.find(field)?;
+                Some(Self { channel: ChannelId(index), offset, width })
+            },
+        )
+    }
+
+    /// Its values at the step that ran last.
+    pub(super) fn read<'a>(&self, store: &'a Store, step: u64) -> &'a [f64] {
+        &store.read(self.channel, step)[self.offset..self.offset + self.width]
+    }
+}
+
+/// An agent as it is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Actor {
+    /// Its number.
+    pub(super) number: u32,
+    /// Its frame.
+    pub(super) frame: String,
+    /// Whether it drives on the ground, its third coordinate being its heading, or flies.
+    pub(super) planar: bool,
+    /// Radius of its body, m.
+    pub(super) radius: f64,
+    /// Red, green, blue, opacity.
+    pub(super) colour: [f32; 4],
+    position: Signal,
+    target: Option<Signal>,
+}
+
+impl Actor {
+    fn new(network: &Network, agent: &Agent) -> Option<Self> {
+        let number = agent.number;
+        let position = Signal::find(network, number, Some("state"), "position")?;
+        let reference = |field| Signal::find(network, number, Some("reference"), field);
+        let radius = match (agent.vehicle.omni(), agent.vehicle.quadcopter()) {
+            (Some(omni), _) => omni.radius,
+            (_, quadcopter) => quadcopter.map_or(0.25, |quadcopter| quadcopter.arm),
+        };
+        let [red, green, blue] =
+            COLOURS[(number as usize + COLOURS.len() - 1) % COLOURS.len()].map(|part| f32::from(part) / 255.0);
+        Some(Self {
+            number,
+            frame: format!("agent_{number}"),
+            planar: agent.vehicle.omni().is_some(),
+            radius,
+            colour: [red, green, blue, 1.0],
+            position,
+            // Where its place in the formation is; for some planners that is what is tracked.
+            target: reference("desired_position").or_else(|| reference("position")),
+        })
+    }
+
+    /// Where it is.
+    pub(super) fn pose(&self, store: &Store, step: u64) -> Pose {
+        Pose::of(self.position.read(store, step), self.planar)
+    }
+
+    /// Where its place in the formation is, if the planner says so.
+    pub(super) fn target(&self, store: &Store, step: u64) -> Option<Pose> {
+        Some(Pose::of(self.target?.read(store, step), self.planar))
+    }
+
+    /// Whether [`Actor::target`] gives anything.
+    pub(super) fn has_target(&self) -> bool {
+        self.target.is_some()
+    }
+}
+
+/// A link of the communication graph. Agents by their place among the actors.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    /// Who publishes.
+    pub(super) from: usize,
+    /// Who receives.
+    pub(super) to: usize,
+    /// Whether it is in the graph of the scenario, and not there only while the agents are close.
+    pub(super) fixed: bool,
+    /// Its weight, if it is logged.
+    weight: Option<(Signal, usize)>,
+}
+
+impl Link {
+    /// Whether it exists.
+    pub(super) fn exists(&self, store: &Store, step: u64) -> bool {
+        self.weight.is_none_or(|(signal, place)| signal.read(store, step)[place] > 0.0)
+    }
+}
+
+/// All agents whose position is recorded.
+pub(super) fn actors(assembly: &Assembly) -> Vec<Actor> {
+    let agents = &assembly.scenario.context.agents;
+    agents.iter().filter_map(|agent| Actor::new(&assembly.network, agent)).collect()
+}
+
+/// All links between actors that can exist.
+pub(super) fn links(assembly: &Assembly, actors: &[Actor]) -> Vec<Link> {
+    let (agents, topology) = (&assembly.scenario.context.agents, &assembly.scenario.context.topology);
+    // Weights are listed by the place of an agent in the scenario.
+    let place = |actor: &Actor| agents.iter().position(|agent| agent.number == actor.number);
+    let mut links = Vec::new();
+    for (to, receiver) in actors.iter().enumerate() {
+        let weights = Signal::find(&assembly.network, receiver.number, None, "adjacency")
+            .filter(|signal| signal.width == agents.len());
+        for (from, sender) in actors.iter().enumerate().filter(|(from, _)| *from != to) {
+            let (Some(row), Some(column)) = (place(receiver), place(sender)) else { continue };
+            let fixed = topology.size() > row.max(column) && topology.a(row, column) > 0.0;
+            if fixed || weights.is_some() {
+                links.push(Link { from, to, fixed, weight: weights.map(|signal| (signal, column)) });
+            }
+        }
+    }
+    links
+}

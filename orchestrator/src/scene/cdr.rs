@@ -1,0 +1,104 @@
+//! The encoding of ROS 2 messages: CDR, little-endian, every number at a multiple of its size.
+
+use crate::log::ENCAPSULATION;
+
+/// A message while it is written. Used again and again, so that a frame allocates nothing once the run is warm.
+#[derive(Debug)]
+pub(super) struct Cdr {
+    bytes: Vec<u8>,
+}
+
+impl Cdr {
+    pub(super) fn new() -> Self {
+        Self { bytes: ENCAPSULATION.into() }
+    }
+
+    /// Starts the next message.
+    pub(super) fn restart(&mut self) -> &mut Self {
+        self.bytes.truncate(ENCAPSULATION.len());
+        self
+    }
+
+    /// The message so far, with its encapsulation.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Offsets count from behind the encapsulation.
+    fn align(&mut self, size: usize) {
+        let written = self.bytes.len() - ENCAPSULATION.len();
+        self.bytes.resize(ENCAPSULATION.len() + written.next_multiple_of(size), 0);
+    }
+
+    pub(super) fn u8(&mut self, value: u8) -> &mut Self {
+        self.bytes.push(value);
+        self
+    }
+
+    pub(super) fn bool(&mut self, value: bool) -> &mut Self {
+        self.u8(value.into())
+    }
+
+    pub(super) fn u32(&mut self, value: u32) -> &mut Self {
+        self.align(4);
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+        self
+    }
+
+    pub(super) fn i32(&mut self, value: i32) -> &mut Self {
+        self.u32(value as u32)
+    }
+
+    pub(super) fn f32(&mut self, value: f32) -> &mut Self {
+        self.u32(value.to_bits())
+    }
+
+    pub(super) fn f64s(&mut self, values: &[f64]) -> &mut Self {
+        for value in values {
+            self.align(8);
+            self.bytes.extend_from_slice(&value.to_le_bytes());
+        }
+        self
+    }
+
+    /// A text: its length with the closing zero, its bytes, the zero.
+    pub(super) fn text(&mut self, value: &str) -> &mut Self {
+        self.length(value.len() + 1);
+        self.bytes.extend_from_slice(value.as_bytes());
+        self.u8(0)
+    }
+
+    /// The number of elements that follow.
+    pub(super) fn length(&mut self, count: usize) -> &mut Self {
+        self.u32(count as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stand_at_multiples_of_their_size() {
+        let mut cdr = Cdr::new();
+        cdr.u8(9).f64s(&[1.0]).bool(true).u32(7).text("ab").i32(-1);
+        let expected: &[&[u8]] = &[
+            &[0, 1, 0, 0],
+            &[9, 0, 0, 0, 0, 0, 0, 0],
+            &1.0_f64.to_le_bytes(),
+            &[1, 0, 0, 0],
+            &[7, 0, 0, 0],
+            &[3, 0, 0, 0, b'a', b'b', 0, 0],
+            &[255; 4],
+        ];
+        assert_eq!(cdr.bytes(), expected.concat());
+        assert_eq!(cdr.restart().f32(0.5).bytes(), [&ENCAPSULATION[..], &0.5_f32.to_le_bytes()].concat());
+    }
+
+    #[test]
+    fn an_empty_sequence_is_its_length() {
+        let mut cdr = Cdr::new();
+        cdr.length(0).u32(1).length(0).f64s(&[]).u32(2);
+        assert_eq!(cdr.bytes().len(), 4 + 16);
+    }
+}

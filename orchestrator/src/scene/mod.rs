@@ -1,0 +1,207 @@
+//! The run as viewers draw it by themselves: messages of well-known ROS 2 types beside the signals, in the same log.
+//!
+//! | topic | type | what |
+//! |---|---|---|
+//! | `/tf` | `tf2_msgs/TFMessage` | the frame `agent_1`, ... of every agent in `world` |
+//! | `/scene/bodies` | `visualization_msgs/MarkerArray` | bodies, headings, numbers, in those frames |
+//! | `/scene/obstacles` | the same | obstacles and the boundaries of their potential fields |
+//! | `/scene/links` | the same | links of the communication graph that exist |
+//! | `/scene/trails` | the same | where the agents came from |
+//! | `/scene/poses`, `/scene/targets` | `geometry_msgs/PoseArray` | where the agents are, and their places in the formation |
+//! | `/rosout` | `rcl_interfaces/Log` | start, end, faults, links that appear and vanish |
+//!
+//! What moves comes with 50 Hz of simulated time, or with every step if steps are longer. A scene follows from the samples
+//! alone, so that equal runs keep giving equal logs.
+
+mod cast;
+mod cdr;
+mod definitions;
+mod message;
+mod moving;
+mod props;
+
+use formation::scenario::Obstacles;
+use formation::wiring::Assembly;
+use lockstep::{RunError, Store};
+
+use crate::log::{ExtraChannel, LogError, Recorder};
+use cast::{Actor, Link, actors, links};
+use cdr::Cdr;
+use definitions::{Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
+use message::{Level, journal, poses, transforms};
+use moving::{Links, Trails};
+
+/// Simulated time between two frames of what moves, ns, if steps are not longer.
+const FRAME_NS: u64 = 20_000_000;
+/// Simulated time after which what never changes is said again, for who starts to look in the middle, ns.
+const REMINDER_NS: u64 = 10_000_000_000;
+/// What a line of the journal is from, if it is not from a participant.
+const PROGRAM: &str = "phalanx";
+
+/// Draws a run into its log.
+pub struct Scene {
+    period_ns: u64,
+    /// Steps from one frame to the next.
+    every: u64,
+    /// Frames between two reminders.
+    reminder: u64,
+    /// What is said at the start.
+    greeting: String,
+    actors: Vec<Actor>,
+    obstacles: Option<Obstacles>,
+    links: Links,
+    trails: Trails,
+    topics: Topics,
+    /// Step of the last frame or line.
+    last: Option<u64>,
+    cdr: Cdr,
+}
+
+/// The channels of the scene; those are missing for which there is nothing to show.
+struct Topics {
+    transforms: ExtraChannel,
+    bodies: ExtraChannel,
+    obstacles: Option<ExtraChannel>,
+    links: Option<ExtraChannel>,
+    trails: ExtraChannel,
+    poses: ExtraChannel,
+    targets: Option<ExtraChannel>,
+    journal: ExtraChannel,
+}
+
+impl Scene {
+    /// Adds the topics of the scene to a log in which nothing is recorded yet; `None` if the positions of the agents are not
+    /// among the signals.
+    ///
+    /// # Errors
+    /// [`LogError`] if the log cannot take them.
+    pub fn new(assembly: &Assembly, recorder: &mut Recorder) -> Result<Option<Self>, LogError> {
+        let (scenario, context) = (&assembly.scenario, &assembly.scenario.context);
+        let actors = actors(assembly);
+        if actors.is_empty() {
+            return Ok(None);
+        }
+        let period_ns = context.timing.period_ns().max(1);
+        let every = (FRAME_NS / period_ns).max(1);
+        let frames = |time_ns: u64| (time_ns / (every * period_ns)).max(1);
+        let links = Links::new(links(assembly, &actors));
+        let trails = Trails::new(actors.len(), frames);
+        let obstacles = context.obstacles.clone().filter(|obstacles| !obstacles.radii.is_empty());
+        let mut add = |topic: &str, definitions: &[Definition]| {
+            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions))
+        };
+        let topics = Topics {
+            transforms: add("/tf", TRANSFORMS)?,
+            bodies: add("/scene/bodies", MARKERS)?,
+            obstacles: obstacles.as_ref().map(|_| add("/scene/obstacles", MARKERS)).transpose()?,
+            links: (!links.is_empty()).then(|| add("/scene/links", MARKERS)).transpose()?,
+            trails: add("/scene/trails", MARKERS)?,
+            poses: add("/scene/poses", POSES)?,
+            targets: actors.iter().any(Actor::has_target).then(|| add("/scene/targets", POSES)).transpose()?,
+            journal: add("/rosout", JOURNAL)?,
+        };
+        let variant = if scenario.variant.is_empty() { String::new() } else { format!(" {}", scenario.variant) };
+        let greeting = format!(
+            "{}{variant}: {}; {} agents, {} s in steps of {} s",
+            scenario.name,
+            scenario.title,
+            context.agents.len(),
+            context.timing.duration,
+            context.timing.dt
+        );
+        let reminder = frames(REMINDER_NS);
+        let (last, cdr) = (None, Cdr::new());
+        Ok(Some(Self { period_ns, every, reminder, greeting, actors, obstacles, links, trails, topics, last, cdr }))
+    }
+
+    /// Draws `step`, which has just been recorded, if a frame is due.
+    ///
+    /// # Errors
+    /// [`LogError`] if the log cannot be written.
+    pub fn draw(&mut self, step: u64, store: &Store, recorder: &mut Recorder) -> Result<(), LogError> {
+        let started = self.last.replace(step).is_some();
+        let time_ns = step.saturating_mul(self.period_ns);
+        if !started {
+            journal(&mut self.cdr, time_ns, Level::Info, PROGRAM, &self.greeting);
+            recorder.write(self.topics.journal, step, self.cdr.bytes())?;
+        }
+        if !step.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        let frame = step / self.every;
+        if !started || frame.is_multiple_of(self.reminder) {
+            self.draw_what_rests(step, time_ns, recorder)?;
+        }
+        let Self { cdr, actors, topics, .. } = self;
+        transforms(cdr, time_ns, actors.iter().map(|actor| (actor.frame.as_str(), actor.pose(store, step))));
+        recorder.write(topics.transforms, step, cdr.bytes())?;
+        poses(cdr, time_ns, actors.iter().map(|actor| actor.pose(store, step)));
+        recorder.write(topics.poses, step, cdr.bytes())?;
+        if let Some(channel) = topics.targets {
+            let targets: Vec<_> = actors.iter().filter_map(|actor| actor.target(store, step)).collect();
+            poses(cdr, time_ns, targets.into_iter());
+            recorder.write(channel, step, cdr.bytes())?;
+        }
+        let places: Vec<[f64; 3]> = actors.iter().map(|actor| actor.pose(store, step).place).collect();
+        if let Some(channel) = topics.links {
+            let changes = self.links.update(|link: &Link| link.exists(store, step));
+            for change in changes.into_iter().filter(|_| started) {
+                let [from, to] = [change.from, change.to].map(|place| actors[place].number);
+                let verb = if change.exists { "hears" } else { "no longer hears" };
+                let text = format!("agent {to} {verb} agent {from}");
+                journal(cdr, time_ns, Level::Info, PROGRAM, &text);
+                recorder.write(topics.journal, step, cdr.bytes())?;
+            }
+            self.links.draw(cdr, time_ns, &places);
+            recorder.write(channel, step, cdr.bytes())?;
+        }
+        if self.trails.update(frame, &places) {
+            self.trails.draw(cdr, time_ns, actors);
+            recorder.write(topics.trails, step, cdr.bytes())?;
+        }
+        Ok(())
+    }
+
+    fn draw_what_rests(&mut self, step: u64, time_ns: u64, recorder: &mut Recorder) -> Result<(), LogError> {
+        props::bodies(&mut self.cdr, time_ns, &self.actors);
+        recorder.write(self.topics.bodies, step, self.cdr.bytes())?;
+        if let (Some(obstacles), Some(channel)) = (&self.obstacles, self.topics.obstacles) {
+            // The boundaries hold for the centre of an agent: those of the largest one.
+            let radius = self.actors.iter().map(|actor| actor.radius).fold(0.0, f64::max);
+            props::obstacles(&mut self.cdr, time_ns, obstacles, radius);
+            recorder.write(channel, step, self.cdr.bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Writes how the run ended, at its last recorded step.
+    ///
+    /// # Errors
+    /// [`LogError`] if the log cannot be written.
+    pub fn close(&mut self, stopped: Option<&RunError>, recorder: &mut Recorder) -> Result<(), LogError> {
+        let Some(step) = self.last else { return Ok(()) };
+        let (level, name, text) = last_words(stopped, step);
+        journal(&mut self.cdr, step.saturating_mul(self.period_ns), level, &name, &text);
+        recorder.write(self.topics.journal, step, self.cdr.bytes())
+    }
+}
+
+/// What is said at the end. Neither processes nor times of the wall clock are named: equal runs give equal logs.
+fn last_words(stopped: Option<&RunError>, step: u64) -> (Level, String, String) {
+    let program = || PROGRAM.to_string();
+    match stopped {
+        None => (Level::Info, program(), format!("the run is complete, {} steps", step + 1)),
+        Some(RunError::Fault { node, step, message }) => {
+            (Level::Error, node.clone(), format!("fault at step {step}: {message}"))
+        }
+        Some(RunError::Interrupted { .. }) => (Level::Warn, program(), format!("interrupted after step {step}")),
+        Some(RunError::Died { worker, death, .. }) => {
+            (Level::Fatal, worker.clone(), format!("the process {death} after step {step}"))
+        }
+        Some(RunError::Deadline { late, .. }) => {
+            let names: Vec<&str> = late.iter().map(|late| late.worker.as_str()).collect();
+            (Level::Fatal, program(), format!("no answer after step {step} from {}", names.join(", ")))
+        }
+        Some(_) => (Level::Fatal, program(), format!("the run could not go on after step {step}")),
+    }
+}

@@ -1,0 +1,218 @@
+"""Logs of runs as NumPy arrays.
+
+>>> log = phalanx.open("runs/uav-TSC.mcap")
+>>> log["agent_3/state"].position[:, 2]        # height of the third drone over time, m
+>>> log["agent_3/state"].t                     # simulated time, s
+>>> log.metrics["x_til"].value
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._chunks import Raw, read
+from .metrics import Metric, from_json
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Log", "Topic", "open"]
+
+#: Opening brackets and what is between them: ``[2]`` in ``position[2]``.
+_COMPONENT = re.compile(r"\[(\d+)\]$")
+
+
+class Topic:
+    """The samples of one topic: an array for every field, a row for every step.
+
+    Fields are attributes and items: ``topic.position`` and ``topic["position"]`` are the same array, of shape ``(steps,)`` for a
+    number and ``(steps, n)`` for a vector of ``n``. Arrays are views into one block of memory, and read-only.
+    """
+
+    name: str
+    """Its name, without the slash in front."""
+    fields: tuple[str, ...]
+    """Names of its fields, in the order of the log."""
+    units: dict[str, str]
+    """The unit of every field as the log says it, ``"m, m, rad"``; empty for pure numbers."""
+    t: npt.NDArray[np.float64]
+    """Simulated time of every row, s."""
+    step: npt.NDArray[np.uint64]
+    """The step that computed each row: that of an earlier row where a slow participant's last sample stands."""
+    status: npt.NDArray[np.uint32]
+    """0: computed in its step; 1: held from an earlier one; others: see ``lockstep::Status``."""
+
+    def __init__(self, raw: Raw) -> None:
+        self.name = raw.topic.lstrip("/")
+        self.fields = tuple(field.name for field in raw.fields)
+        self.units = {field.name: field.unit for field in raw.fields}
+        self.t, self.step, self.status = raw.times / 1e9, raw.samples["step"], raw.samples["status"]
+        words, offset = raw.samples["words"], 0
+        self._arrays: dict[str, npt.NDArray[np.float64]] = {}
+        for field in raw.fields:
+            columns = words[:, offset : offset + field.width]
+            self._arrays[field.name] = columns[:, 0] if field.scalar else columns
+            offset += field.width
+
+    def __getitem__(self, field: str) -> npt.NDArray[np.float64]:
+        """A field, or a component of one: ``topic["position[2]"]``."""
+        if field in self._arrays:
+            return self._arrays[field]
+        component = _COMPONENT.search(field)
+        if component and field[: component.start()] in self._arrays:
+            array, index = self._arrays[field[: component.start()]], int(component[1])
+            if array.ndim == 2 and index < array.shape[1]:
+                return array[:, index]
+        raise KeyError(f"{self.name} has no field {field}; it has {', '.join(self.fields)}")
+
+    def __getattr__(self, field: str) -> npt.NDArray[np.float64]:
+        try:
+            return self.__dict__["_arrays"][field]
+        except KeyError:
+            raise AttributeError(f"no field {field}; there are {', '.join(self.__dict__.get('fields', ()))}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.fields]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        shapes = (f"{name}{list(self._arrays[name].shape[1:]) or ''}" for name in self.fields)
+        return f"<{self.name}: {len(self)} samples of {', '.join(shapes)}>"
+
+    def columns(self) -> dict[str, npt.NDArray[np.float64]]:
+        """All numbers by name, a vector as ``position[0]``, ``position[1]``, ..."""
+        columns: dict[str, npt.NDArray[np.float64]] = {}
+        for name, array in self._arrays.items():
+            if array.ndim == 1:
+                columns[name] = array
+            else:
+                columns.update({f"{name}[{index}]": array[:, index] for index in range(array.shape[1])})
+        return columns
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with a column per number, over the time in s."""
+        import pandas
+
+        return pandas.DataFrame(self.columns(), index=pandas.Index(self.t, name="t"))
+
+
+class Log(Mapping[str, Topic]):
+    """A recorded run, in memory: topics by name, with or without the slash in front."""
+
+    path: Path
+    """The file."""
+    complete: bool
+    """Whether the file was closed; if not, the run was killed, and its last fraction of a second is missing."""
+    metadata: dict[str, str]
+    """What the recorder was told: scenario, variant, overrides, versions."""
+    scenario: dict[str, Any]
+    """The scenario that was run, with variant and overrides applied: ``log.scenario["timing"]["dt"]``."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        content = read(self.path)
+        self.complete, self.metadata = content.complete, content.metadata
+        self.scenario = tomllib.loads(content.scenario)
+        self._topics = {raw.topic.lstrip("/"): Topic(raw) for raw in content.channels}
+
+    def __getitem__(self, name: str) -> Topic:
+        try:
+            return self._topics[name.lstrip("/")]
+        except KeyError:
+            raise KeyError(f"no topic {name} in {self.path}; it has {', '.join(self._topics)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._topics)
+
+    def __len__(self) -> int:
+        return len(self._topics)
+
+    def __repr__(self) -> str:
+        name = " ".join(filter(None, (self.metadata.get("scenario"), self.metadata.get("variant"))))
+        return f"<Log {self.path}: {name}, {len(self)} topics, {len(self.t)} steps>"
+
+    @property
+    def name(self) -> str:
+        """Scenario and variant, ``uav-TSC``."""
+        return "-".join(filter(None, (self.metadata.get("scenario"), self.metadata.get("variant"))))
+
+    @property
+    def t(self) -> npt.NDArray[np.float64]:
+        """Simulated time of every step, s."""
+        return next(iter(self.values())).t if self._topics else np.empty(0)
+
+    @property
+    def agents(self) -> list[int]:
+        """Numbers of the agents."""
+        numbers = (re.match(r"agent_(\d+)/", name) for name in self)
+        return sorted({int(number[1]) for number in numbers if number})
+
+    def signals(self, pattern: str) -> dict[str, npt.NDArray[np.float64]]:
+        """The fields that a pattern names: ``log.signals("agent_*/command/input[0]")``; ``*`` stands for anything.
+
+        Raises `KeyError` if there is none.
+        """
+        topic, _, field = pattern.lstrip("/").rpartition("/")
+        found: dict[str, npt.NDArray[np.float64]] = {}
+        for name in (name for name in self if fnmatchcase(name, topic)):
+            columns = {known: self[name][known] for known in self[name].fields} | self[name].columns()
+            # Brackets mean components here, and not sets of letters.
+            wanted = field.replace("[", "[[]")
+            found.update({f"{name}/{known}": array for known, array in columns.items() if fnmatchcase(known, wanted)})
+        if not found:
+            raise KeyError(f"no signal of {self.path} is called {pattern}; signals are TOPIC/FIELD or TOPIC/FIELD[K]")
+        return found
+
+    def stack(self, role: str, field: str) -> npt.NDArray[np.float64]:
+        """A field of all agents in one array: ``log.stack("state", "position")`` has the shape ``(agents, steps, n)``."""
+        return np.stack([self[f"agent_{agent}/{role}"][field] for agent in self.agents])
+
+    def to_pandas(self, topics: Sequence[str] = ("*",)) -> pandas.DataFrame:
+        """All numbers of the topics that match, ``agent_1/state/position[0]``, over the time in s."""
+        import pandas
+
+        chosen = (topic for topic in self if any(fnmatchcase(topic, name.lstrip("/")) for name in topics))
+        columns = {f"{name}/{column}": array for name in chosen for column, array in self[name].columns().items()}
+        return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
+
+    @functools.cached_property
+    def metrics(self) -> dict[str, Metric]:
+        """All metrics of the run with their bands, as ``phalanx check`` computes them.
+
+        Raises `phalanx.ProgramError` if the program is not found, or cannot compute them.
+        """
+        from .running import call
+
+        # 1: computed, but outside a band.
+        return from_json(json.loads(call("check", os.fspath(self.path), "--json", accept=(0, 1)))["metrics"])
+
+    @property
+    def ok(self) -> bool:
+        """Whether every metric lies in its band."""
+        return all(metric.ok is not False for metric in self.metrics.values())
+
+
+def open(path: str | os.PathLike[str]) -> Log:
+    """Reads a log that ``phalanx run`` recorded; of a run that was killed, all that reached the file.
+
+    Raises `FileNotFoundError`, or `ValueError` if it is no such log.
+    """
+    return Log(path)
