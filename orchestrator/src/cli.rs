@@ -2,6 +2,7 @@
 
 mod engine;
 mod look;
+mod player;
 mod profile;
 
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use clap_complete::Shell;
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
+pub(crate) use player::{ParticipantArgs, ReplayArgs};
 pub(crate) use profile::ProfileArgs;
 
 use crate::commands;
@@ -44,6 +46,8 @@ enum Command {
     Info(InfoArgs),
     /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
     Verify(VerifyArgs),
+    /// Run one participant of a recorded run again, against the recording of the others, and show where it departs
+    Replay(ReplayArgs),
     /// Pause, step, resume or stop a run from another terminal
     Ctl(CtlArgs),
     /// Watch a run: steps per second, and where its processes spend their time
@@ -69,7 +73,7 @@ enum Command {
     },
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
-    Participant,
+    Participant(ParticipantArgs),
 }
 
 /// A scenario and what is changed about it.
@@ -131,9 +135,10 @@ pub(crate) struct RunArgs {
     /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
     #[arg(long)]
     pub(crate) tap: bool,
-    /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
-    /// --swap "observer.2=python3 my_observer.py"; may be repeated
-    #[arg(long, value_name = "NODE=COMMAND")]
+    /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
+    /// --swap "observer.2=python3 my_observer.py"; or what was recorded of it, --swap controller.1=replay:LOG.mcap; may be
+    /// repeated. The section [swap] of a scenario says the same
+    #[arg(long, value_name = "NODE=COMMAND|replay:LOG")]
     pub(crate) swap: Vec<String>,
     /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
     /// last sample stands, marked as stale); for all, or as NODE=POLICY such as controller.3=restart; may be repeated
@@ -262,6 +267,7 @@ pub fn main() -> ExitCode {
         Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
         Command::Verify(args) => commands::verify::verify(&args),
+        Command::Replay(args) => commands::replay::replay(&args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
         Command::Profile(args) => commands::profile::profile(&args),
@@ -275,7 +281,7 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut std::io::stdout());
             Ok(())
         }
-        Command::Participant => return commands::participant::participant(),
+        Command::Participant(args) => return commands::participant::participant(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

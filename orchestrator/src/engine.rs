@@ -69,7 +69,7 @@ impl Cast {
     /// The command of the worker of this name.
     pub fn command(&self, worker: &str) -> Command {
         let mut command = match self.swaps.iter().find(|swap| swap.node == worker) {
-            Some(swap) => swap.command(),
+            Some(swap) => swap.command(&self.program),
             None => self.own_program(),
         };
         if let Some(stress) = &self.stress {

@@ -5,6 +5,7 @@ use lockstep::{DirectoryError, RunError};
 
 use crate::log::LogError;
 use crate::metrics::MetricError;
+use crate::replay::ReplayError;
 
 /// Why a command ended without success.
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +86,15 @@ impl From<RunError> for Failure {
         match error {
             RunError::Interrupted { .. } => Self::Interrupted,
             other => Self::Run(other),
+        }
+    }
+}
+
+impl From<ReplayError> for Failure {
+    fn from(error: ReplayError) -> Self {
+        match error {
+            ReplayError::Log(error) => Self::Log(error),
+            other => Self::Usage(other.to_string()),
         }
     }
 }

@@ -17,6 +17,7 @@ pub mod placement;
 pub mod profile;
 mod progress;
 mod recovery;
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod stress;

@@ -10,5 +10,6 @@ mod mistakes;
 mod program;
 mod readers;
 mod recovery;
+mod replay;
 mod runs;
 mod tap;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
-use super::wishes::{read_edges, read_groups};
+use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
@@ -43,6 +43,8 @@ pub struct Scenario {
     pub groups: Vec<Vec<String>>,
     /// What is to be done when a participant fails.
     pub on_failure: FailurePolicy,
+    /// Participants that something else plays, with what: a command, or `replay:LOG.mcap`.
+    pub swaps: Vec<(String, String)>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
     /// Which set of metrics applies; empty if none.
@@ -70,6 +72,7 @@ const SECTIONS: &[&str] = &[
     "edges",
     "placement",
     "on_failure",
+    "swap",
     "plant",
     "planner",
     "observer",
@@ -147,6 +150,7 @@ impl Scenario {
         };
         check_rates(&root, problems);
         let groups = read_groups(&root, problems);
+        let swaps = read_swaps(&root, problems);
         let edges = read_edges(&root, problems);
         Some(Self {
             name,
@@ -159,6 +163,7 @@ impl Scenario {
             plant_per_agent,
             groups,
             on_failure: FailurePolicy::read(&root, problems),
+            swaps,
             edges,
             metrics,
             expectations,
@@ -184,13 +189,14 @@ impl Scenario {
         self.root.to_toml()
     }
 
-    /// The same without `[placement]` and `[on_failure]`, which say how it is carried out and not what comes out: they do not
-    /// belong into a log.
+    /// The same without `[placement]`, `[on_failure]` and `[swap]`, which say how it is carried out and not what comes out: they
+    /// do not belong into a log, so that a participant that is replaced by its equal gives an equal log.
     pub fn to_record(&self) -> String {
         let mut root = self.root.clone();
         if let Some(table) = root.as_table_mut() {
             table.remove("placement");
             table.remove("on_failure");
+            table.remove("swap");
         }
         root.to_toml()
     }

@@ -12,6 +12,7 @@ pub(crate) mod participant;
 pub(crate) mod plot;
 pub(crate) mod profile;
 pub(crate) mod recover;
+pub(crate) mod replay;
 pub(crate) mod report;
 pub(crate) mod run;
 mod select;

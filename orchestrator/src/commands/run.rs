@@ -17,14 +17,14 @@ use crate::pinning::Pin;
 use crate::placement::Placement;
 use crate::profile;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::swap::Swap;
+use crate::swap::{Swap, keep_apart};
 use crate::verdict::Verdict;
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble(&args.scenario)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
-    let swaps = parse_swaps(&args.swap, &assembly, placement)?;
+    let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
     let trace = match (&args.profile, placement) {
         (None, _) | (Some(None), Placement::Single) => None,
         (Some(path), _) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
@@ -84,12 +84,19 @@ fn default_log(assembly: &Assembly) -> PathBuf {
     Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))
 }
 
-fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> Result<Vec<Swap>, Failure> {
-    if placement == Placement::Single && !texts.is_empty() {
-        return Err(Failure::Usage("--swap needs processes; leave out --placement single".into()));
+fn parse_swaps(
+    texts: &[String],
+    assembly: &Assembly,
+    placement: Placement,
+    log: Option<&Path>,
+) -> Result<Vec<Swap>, Failure> {
+    let swaps = Swap::collect(assembly, texts)?;
+    if placement == Placement::Single && !swaps.is_empty() {
+        return Err(Failure::Usage("a swapped participant needs a process; leave out --placement single".into()));
     }
-    let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
-    texts.iter().map(|text| Swap::parse(text, &names).map_err(Failure::Usage)).collect()
+    let logs = swaps.iter().filter_map(Swap::log);
+    logs.zip(std::iter::repeat(log)).try_for_each(|(source, log)| keep_apart(source, log))?;
+    Ok(swaps)
 }
 
 /// The scenario's, changed by the command line.

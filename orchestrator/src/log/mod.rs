@@ -22,9 +22,10 @@ mod recover;
 mod schema;
 mod series;
 mod sink;
+mod stream;
 mod walk;
 
-pub use compare::{Comparison, Difference, compare};
+pub use compare::{Comparison, Difference, compare, ulps};
 pub use error::LogError;
 pub(crate) use past::play_log;
 pub use reader::{Log, LogChannel};
@@ -33,6 +34,7 @@ pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};
 pub use recover::{Recovered, recover};
 pub use series::Series;
 pub use sink::Summary;
+pub use stream::{Head, Stream};
 
 #[cfg(test)]
 mod tests;
