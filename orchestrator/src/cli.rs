@@ -13,7 +13,7 @@ use clap_complete::Shell;
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, PlotArgs, ReportArgs};
-pub(crate) use player::{ParticipantArgs, ReplayArgs};
+pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 pub(crate) use profile::ProfileArgs;
 
 use crate::commands;
@@ -48,6 +48,10 @@ enum Command {
     Verify(VerifyArgs),
     /// Run one participant of a recorded run again, against the recording of the others, and show where it departs
     Replay(ReplayArgs),
+    /// Write a small project for a participant of your own, with the signals of a scenario
+    New(NewArgs),
+    /// Try whether a program of yours keeps the contract of a participant
+    Conform(ConformArgs),
     /// Pause, step, resume or stop a run from another terminal
     Ctl(CtlArgs),
     /// Watch a run: steps per second, and where its processes spend their time
@@ -74,6 +78,9 @@ enum Command {
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
     Participant(ParticipantArgs),
+    /// Watch over a program under trial (started by `conform`, not by hand)
+    #[command(hide = true)]
+    Supervise(SuperviseArgs),
 }
 
 /// A scenario and what is changed about it.
@@ -267,6 +274,9 @@ pub fn main() -> ExitCode {
         Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
         Command::Verify(args) => commands::verify::verify(&args),
+        Command::New(args) => commands::new::new(&args),
+        Command::Conform(args) => commands::conform::conform(&args),
+        Command::Supervise(args) => return commands::conform::supervise(&args),
         Command::Replay(args) => commands::replay::replay(&args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
@@ -286,7 +296,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if !matches!(failure, Failure::Missed | Failure::Different) {
+            if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
                 eprintln!("error: {failure}");
             }
             ExitCode::from(failure.exit_code())

@@ -16,6 +16,9 @@ pub enum Failure {
     /// Two logs differ. Everything has been printed already.
     #[error("the logs differ")]
     Different,
+    /// A program breaks the contract of a participant. Everything has been printed already.
+    #[error("the program does not conform")]
+    Nonconforming,
     /// The scenario or the command line is not valid; nothing was started.
     #[error("{}", list(.0))]
     Invalid(Vec<Problem>),
@@ -48,7 +51,7 @@ impl Failure {
     /// The exit code of the program. `phalanx --help` lists them.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::Missed | Failure::Different => 1,
+            Failure::Missed | Failure::Different | Failure::Nonconforming => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
             Failure::Run(_) => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
@@ -68,7 +71,7 @@ impl Failure {
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done, every metric within its band
-  1    done, but a metric is outside its band, or two logs differ
+  1    done, but a metric is outside its band, two logs differ, or a program does not conform
   2    the command line or the scenario is not valid; nothing was started
   3    the run stopped early: a participant failed, hung or died; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for

@@ -12,4 +12,5 @@ mod readers;
 mod recovery;
 mod replay;
 mod runs;
+mod scaffold;
 mod tap;

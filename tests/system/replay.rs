@@ -47,11 +47,11 @@ fn a_played_participant_gives_the_same_bytes() {
 #[test]
 fn a_line_of_the_scenario_swaps_a_participant() {
     let folder = Folder::new();
-    let short = ["uav", "--duration", "0.5"];
-    let original = record(&folder, &short, &["--placement", "single", "--out", "original.mcap"]);
     let other = record(&folder, &["uav", "--duration", "0.5", "--set", "controller.c_p=3"], &["--out", "other.mcap"]);
     let text = folder.run(&["validate", "uav", "--duration", "0.5", "--print"]).stdout();
     let swapped = |lines: &str| folder.write("swapped.toml", &format!("{text}\n[swap]\n{lines}\n"));
+    swapped("");
+    let original = record(&folder, &["swapped.toml"], &["--placement", "single", "--out", "original.mcap"]);
     swapped("\"controller.1\" = \"replay:original.mcap\"\nobserver.2 = \"replay:original.mcap\"");
     assert_eq!(record(&folder, &["swapped.toml"], &["--out", "a.mcap"]), original);
     // The command line has the last word.

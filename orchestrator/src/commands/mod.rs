@@ -1,6 +1,7 @@
 //! The commands of the program, a file each.
 
 pub(crate) mod check;
+pub(crate) mod conform;
 pub(crate) mod ctl;
 pub(crate) mod doctor;
 pub(crate) mod echo;
@@ -8,6 +9,7 @@ pub(crate) mod export;
 pub(crate) mod graph;
 pub(crate) mod info;
 pub(crate) mod list;
+pub(crate) mod new;
 pub(crate) mod participant;
 pub(crate) mod plot;
 pub(crate) mod profile;

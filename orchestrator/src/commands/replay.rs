@@ -4,16 +4,14 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use formation::scenario::{Scenario, Selection};
 use formation::wiring::Assembly;
 use lockstep::Settings;
 use serde_json::{Value, json};
 
-use crate::catalog::ROLES;
+use super::select::from_head;
 use crate::cli::ReplayArgs;
 use crate::control::Stop;
 use crate::failure::Failure;
-use crate::log::Head;
 use crate::pinning::Pin;
 use crate::replay::{Departures, Outcome, Setup, rerun};
 use crate::swap::{Swap, keep_apart, node_called, own_program};
@@ -22,7 +20,7 @@ use crate::swap::{Swap, keep_apart, node_called, own_program};
 const START_TIMEOUT: Duration = Duration::from_secs(30);
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
-    let assembly = assembly_of(&args.log)?;
+    let assembly = from_head(&args.log, Vec::new())?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
     let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;
@@ -31,6 +29,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let home = Pin::Auto.take()?;
     let setup = Setup {
         assembly: &assembly,
+        network: &assembly.network,
         log: &args.log,
         only: names.iter().position(|name| *name == node).unwrap_or_default(),
         factor: 1.0,
@@ -59,15 +58,6 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         None if outcome.departures.is_equal() => Ok(()),
         None => Err(Failure::Different),
     }
-}
-
-/// The scenario that a log holds, with its components; without reading the samples.
-fn assembly_of(log: &Path) -> Result<Assembly, Failure> {
-    let Some(text) = Head::read(log)?.scenario else {
-        return Err(Failure::Usage(format!("{} holds no scenario; was it recorded by `phalanx run`?", log.display())));
-    };
-    let scenario = Scenario::load(&format!("{} (scenario.toml)", log.display()), &text, &Selection::default())?;
-    Ok(Assembly::new(scenario, &ROLES)?)
 }
 
 /// Our own participants.

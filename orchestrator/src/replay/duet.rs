@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::{Conductor, Plan, RunDirectory, RunError, Settings, WorkerPlan, pin_to_core};
+use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, WorkerPlan, pin_to_core};
 
 use crate::control::Stop;
 use crate::failure::Failure;
@@ -15,9 +15,12 @@ use crate::swap::{own_program, recording_command};
 const OTHERS: &str = "recording";
 
 /// What a participant is to be run against, and how.
+#[derive(Clone, Copy)]
 pub struct Setup<'a> {
     /// The scenario.
     pub assembly: &'a Assembly,
+    /// Its network, or one that is taken for it.
+    pub network: &'a Network,
     /// The log that the others are played from.
     pub log: &'a Path,
     /// Number of the node that is not played.
@@ -66,7 +69,7 @@ impl Duet {
     /// As those of [`Duet::start`].
     pub fn prepare(setup: &Setup) -> Result<Self, Failure> {
         let scenario = &setup.assembly.scenario;
-        let network = &setup.assembly.network;
+        let network = setup.network;
         let timing = scenario.context.timing;
         let others = (0..network.nodes.len()).filter(|&node| node != setup.only).collect();
         let workers = vec![

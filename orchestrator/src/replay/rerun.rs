@@ -37,7 +37,7 @@ pub fn rerun(
     stop: &Stop,
 ) -> Result<Outcome, Failure> {
     let assembly = setup.assembly;
-    let (network, timing) = (&assembly.network, assembly.scenario.context.timing);
+    let (network, timing) = (setup.network, assembly.scenario.context.timing);
     let mut tape = Tape::open(setup.log, &assembly.scenario, network, &[setup.only])?;
     let mut recorder = out.map(|path| create_log(path, assembly)).transpose()?;
     let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
