@@ -25,7 +25,7 @@ fn a_new_project_in_rust_builds_and_conforms() {
     let cases = [
         ("controller", "uav", "controller.3"),
         ("observer", "cida", "observer_2"),
-        ("planner", "rca", "planner"),
+        ("planner", "uav", "planner"),
         ("plant", "uav", "plant"),
     ];
     for (role, scenario, node) in cases {

@@ -28,7 +28,7 @@ fn points(report: &Value, verdict: &str) -> Vec<String> {
 fn a_good_program_conforms() {
     let (code, report) = conform("nothing", &["--range", "input=-1000..1000"]);
     assert_eq!((code, &report["ok"]), (Some(0), &Value::Bool(true)), "{report:#}");
-    assert_eq!(points(&report, "pass").len(), 15, "{report:#}");
+    assert_eq!(points(&report, "pass").len(), 14, "{report:#}");
     assert_eq!(points(&report, "note"), ["reference", "speed"]);
     let reference = report["points"].as_array().expect("points").iter().find(|point| point["name"] == "reference");
     let finding = reference.expect("a point")["finding"].as_str().expect("text").to_string();

@@ -52,7 +52,7 @@ pub fn conform(demands: &Demands) -> Result<Report, Failure> {
     let folder = Folder::create()?;
     let (words, patience, folder) = (demands.words, demands.patience, folder.path.as_path());
     let (assembly, node) = (demands.assembly, demands.node);
-    let settings = Settings { deadline: patience, grace: patience, forward_output: false };
+    let settings = Settings { deadline: patience, grace: patience, forward_output: false, replacements: 0 };
     let steps = assembly.scenario.context.timing.periods() + 1;
     let setup = Setup {
         assembly,

@@ -2,6 +2,7 @@
 
 mod cpp;
 mod project;
+mod python;
 mod rust;
 mod signals;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use formation::wiring::{Assembly, Role};
 
 use super::signals::{Signal, Signals};
-use super::{cpp, fill, rust};
+use super::{cpp, fill, python, rust};
 use crate::failure::Failure;
 
 /// What a project is written in.
@@ -15,6 +15,8 @@ pub enum Language {
     Rust,
     /// C++17, with CMake
     Cpp,
+    /// With the package `phalanx`
+    Python,
 }
 
 /// What is asked for.
@@ -62,6 +64,7 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     let needed = match order.language {
         Language::Rust => "lockstep/Cargo.toml",
         Language::Cpp => "capi/include/phalanx.hpp",
+        Language::Python => "python/pyproject.toml",
     };
     let phalanx = std::path::absolute(&order.phalanx).map_err(Failure::system("find the current folder"))?;
     if !phalanx.join(needed).is_file() {
@@ -76,20 +79,22 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     let title =
         format!("A {role} for the scenario {scenario}, in the place of {}.", signals.node.replacen('_', ".", 1));
     let (files, build, command) = match order.language {
-        Language::Rust => (
-            rust::files(order, &signals, &title, &phalanx),
-            "cargo build --release",
-            format!("./target/release/{name}"),
-        ),
+        Language::Rust => {
+            let files = rust::files(order, &signals, &title, &phalanx);
+            (files, "cargo build --release".to_string(), format!("./target/release/{name}"))
+        }
         Language::Cpp => {
-            let build = "cmake -B build && cmake --build build";
+            let build = "cmake -B build && cmake --build build".to_string();
             (cpp::files(order, &signals, &title, &phalanx), build, format!("./build/{name}"))
+        }
+        Language::Python => {
+            (python::files(&signals, &title), format!("pip install {phalanx}/python"), "python3 main.py".to_string())
         }
     };
     let lock = std::fs::read_to_string(Path::new(&phalanx).join("Cargo.lock")).ok();
     // The versions of all packages that Phalanx was tried with.
     let lock = lock.filter(|_| order.language == Language::Rust).map(|text| File::new("Cargo.lock", text));
-    let readme = readme(order, &signals, &title, build, &command);
+    let readme = readme(order, &signals, &title, &build, &command);
     for file in files.iter().chain(&lock).chain([&File::new("README.md", readme)]) {
         let path = folder.join(file.path);
         let parent = path.parent().unwrap_or(folder);

@@ -44,6 +44,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
         include_str!("../../templates/rust/main.rs.txt"),
         &[
             ("title", title.into()),
+            ("In", if signals.inputs.is_empty() { "" } else { "In, " }.into()),
             ("fields", lines(both().map(field).collect())),
             ("binds", lines(both().map(bind).collect())),
             ("reads", lines(inputs.iter().map(|name| format!("        let {name} = io.get(self.{name});")).collect())),
