@@ -12,6 +12,9 @@ use crate::control::Stop;
 use crate::failure::Failure;
 use crate::replay::{Departures, Duet, Setup, Tape};
 
+/// Longest reason that is passed on, in characters.
+const LONGEST_REASON: usize = 400;
+
 /// What came of it.
 pub(super) struct Trial {
     /// How long it took to connect; `None` if it did not.
@@ -134,13 +137,19 @@ impl Trial {
     pub(super) fn reason(&self) -> String {
         let crashed = self.end.as_ref().filter(|end| end.not_started.is_some() || end.signal.is_some());
         match (&self.stopped, crashed) {
-            (Some(error), Some(end)) => format!("{} ({})", end.describe(), first_line(error)),
-            (Some(error), None) => first_line(error),
+            (Some(error), Some(end)) => format!("{} ({})", end.describe(), one_line(error)),
+            (Some(error), None) => one_line(error),
             (None, _) => String::new(),
         }
     }
 }
 
-fn first_line(error: &RunError) -> String {
-    error.to_string().lines().next().unwrap_or_default().to_string()
+/// An error with the last words of the program, in one line.
+fn one_line(error: &RunError) -> String {
+    let text = error.to_string();
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match line.char_indices().nth(LONGEST_REASON) {
+        Some((end, _)) => format!("{} ...", &line[..end]),
+        None => line,
+    }
 }

@@ -47,7 +47,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
             ("In", if signals.inputs.is_empty() { "" } else { "In, " }.into()),
             ("fields", lines(both().map(field).collect())),
             ("binds", lines(both().map(bind).collect())),
-            ("reads", lines(inputs.iter().map(|name| format!("        let {name} = io.get(self.{name});")).collect())),
+            ("reads", inputs.iter().map(|name| format!("        let {name} = io.get(self.{name});\n")).collect()),
             ("sum", sum),
             ("writes", lines(signals.outputs.iter().map(write).collect())),
             ("Role", role.into()),
