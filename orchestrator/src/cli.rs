@@ -3,9 +3,10 @@
 mod documents;
 mod engine;
 mod look;
+mod pipe;
+mod player;
 mod profile;
 mod robot;
-mod pipe;
 mod watch;
 
 use std::path::PathBuf;
@@ -18,11 +19,12 @@ pub(crate) use documents::{ManArgs, program};
 use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
+pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
+use pipe::end_with_the_reader;
+pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
-use pipe::end_with_the_reader;
 pub(crate) use watch::WatchArgs;
-pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
 
 use crate::commands;
 use crate::failure::Failure;
@@ -54,6 +56,12 @@ enum Command {
     Info(InfoArgs),
     /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
     Verify(VerifyArgs),
+    /// Run one participant of a recorded run again, against the recording of the others, and show where it departs
+    Replay(ReplayArgs),
+    /// Write a small project for a participant of your own, with the signals of a scenario
+    New(NewArgs),
+    /// Try whether a program of yours keeps the contract of a participant
+    Conform(ConformArgs),
     /// Pause, step, resume or stop a run from another terminal
     Ctl(CtlArgs),
     /// Show how fast a run is, and where its processes spend their time
@@ -90,13 +98,16 @@ enum Command {
     Schema,
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
-    Participant,
     /// Serve as the bridge to a robot in a run (started by `run`, not by hand)
     #[command(hide = true)]
     Bridge {
         /// Its robot.toml
         settings: PathBuf,
     },
+    Participant(ParticipantArgs),
+    /// Watch over a program under trial (started by `conform`, not by hand)
+    #[command(hide = true)]
+    Supervise(SuperviseArgs),
 }
 
 /// A scenario and what is changed about it.
@@ -165,10 +176,11 @@ pub(crate) struct RunArgs {
     /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
     #[arg(long)]
     pub(crate) tap: bool,
-    /// Put a program of your own in the place of a participant: --swap controller.3=./my_controller,
-    /// --swap "observer.2=python3 my_observer.py"; or a robot: --swap plant.2=hardware:robot2.toml, or one that is emulated in
-    /// a program of its own: --swap plant.2=emulator (emulator:free for one whose time passes by itself); may be repeated
-    #[arg(long, value_name = "NODE=COMMAND")]
+    /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
+    /// --swap "observer.2=python3 my_observer.py"; what was recorded of it, --swap controller.1=replay:LOG.mcap; a robot,
+    /// --swap plant.2=hardware:robot2.toml; or an emulated one, --swap plant.2=emulator (emulator:free if its time passes by
+    /// itself). May be repeated; the section [swap] of a scenario says the same
+    #[arg(long, value_name = "NODE=COMMAND|replay:LOG|hardware:FILE")]
     pub(crate) swap: Vec<String>,
     /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
     /// last sample stands, marked as stale); for all, or as NODE=POLICY such as controller.3=restart; may be repeated
@@ -298,6 +310,10 @@ pub fn main() -> ExitCode {
         Command::Thesis(args) => commands::thesis::thesis(&args),
         Command::Info(args) => commands::info::info(&args),
         Command::Verify(args) => commands::verify::verify(&args),
+        Command::New(args) => commands::new::new(&args),
+        Command::Conform(args) => commands::conform::conform(&args),
+        Command::Supervise(args) => return commands::conform::supervise(&args),
+        Command::Replay(args) => commands::replay::replay(&args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
         Command::Profile(args) => commands::profile::profile(&args),
@@ -316,13 +332,13 @@ pub fn main() -> ExitCode {
         Command::Robot(args) => commands::robot::robot(&args),
         Command::Man(args) => commands::man::man(&args),
         Command::Schema => commands::schema::schema(),
-        Command::Participant => return commands::participant::participant(),
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
+        Command::Participant(args) => return commands::participant::participant(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if !matches!(failure, Failure::Missed | Failure::Different) {
+            if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
                 eprintln!("error: {failure}");
             }
             ExitCode::from(failure.exit_code())

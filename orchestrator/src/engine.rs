@@ -91,7 +91,7 @@ impl Cast {
 
     /// Whether the worker of this name is the bridge to a robot.
     pub fn is_robot(&self, worker: &str) -> bool {
-        self.swaps.iter().any(|swap| swap.node == worker && swap.robot.is_some())
+        self.swaps.iter().any(|swap| swap.node == worker && swap.robot().is_some())
     }
 
     /// This program as a participant.

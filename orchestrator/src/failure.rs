@@ -5,6 +5,7 @@ use lockstep::{DirectoryError, RunError};
 
 use crate::log::LogError;
 use crate::metrics::MetricError;
+use crate::replay::ReplayError;
 
 /// Why a command ended without success.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,9 @@ pub enum Failure {
     /// Two logs differ. Everything has been printed already.
     #[error("the logs differ")]
     Different,
+    /// A program breaks the contract of a participant. Everything has been printed already.
+    #[error("the program does not conform")]
+    Nonconforming,
     /// The scenario or the command line is not valid; nothing was started.
     #[error("{}", list(.0))]
     Invalid(Vec<Problem>),
@@ -53,7 +57,7 @@ impl Failure {
     /// The exit code of the program. `phalanx --help` lists them.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::Missed | Failure::Different => 1,
+            Failure::Missed | Failure::Different | Failure::Nonconforming => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
             Failure::Run(_) | Failure::Emergency { .. } => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
@@ -73,7 +77,7 @@ impl Failure {
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done, every metric within its band
-  1    done, but a metric is outside its band, or two logs differ
+  1    done, but a metric is outside its band, two logs differ, or a program does not conform
   2    the command line or the scenario is not valid; nothing was started
   3    the run stopped early: a participant failed, hung or died, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
@@ -92,6 +96,15 @@ impl From<RunError> for Failure {
         match error {
             RunError::Interrupted { .. } => Self::Interrupted,
             other => Self::Run(other),
+        }
+    }
+}
+
+impl From<ReplayError> for Failure {
+    fn from(error: ReplayError) -> Self {
+        match error {
+            ReplayError::Log(error) => Self::Log(error),
+            other => Self::Usage(other.to_string()),
         }
     }
 }

@@ -36,7 +36,7 @@ impl Drop for Robots {
 /// Gives every bridge its second node, which sends the command at the end of a step.
 pub(crate) fn add_hands(network: &mut Network, workers: &mut [WorkerPlan], swaps: &[Swap]) {
     for (swap, number) in
-        swaps.iter().filter(|swap| swap.robot.is_some()).filter_map(|swap| Some((swap, swap.agent()?)))
+        swaps.iter().filter(|swap| swap.robot().is_some()).filter_map(|swap| Some((swap, swap.agent()?)))
     {
         let topic = format!("/agent_{number}/{}", Role::Controller.channel());
         let channel = network.channels.iter().position(|channel| channel.topic == topic).map(ChannelId);
@@ -67,14 +67,14 @@ impl Robots {
         urgency: Urgency,
     ) -> Result<Command, Failure> {
         let number = swap.agent().unwrap_or(0);
-        let settings = match &swap.robot {
+        let settings = match swap.robot() {
             Some(RobotSwap::There(settings)) => (**settings).clone(),
             Some(RobotSwap::Emulated(clock)) => {
                 let robot = self.start(program, directory, number, urgency)?;
                 let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
                 Settings { clock: *clock, ..Settings::new(robot, any, number) }
             }
-            None => return Ok(swap.command()),
+            None => return Ok(swap.command(program).unwrap_or_else(|| Command::new(program))),
         };
         let path = directory.join(format!("robot_{number}.toml"));
         std::fs::write(&path, settings.to_toml()).map_err(Failure::system(format!("write {}", path.display())))?;
@@ -115,7 +115,7 @@ impl Robots {
 /// [`Failure::Usage`].
 pub(crate) fn check(swaps: &[Swap], assembly: &Assembly, pace: Option<f64>) -> Result<(), Failure> {
     for swap in swaps {
-        let Some(robot) = &swap.robot else { continue };
+        let Some(robot) = swap.robot() else { continue };
         if robot.is_free() && pace != Some(1.0) {
             let name = &swap.node;
             return Err(Failure::Usage(format!(

@@ -65,7 +65,7 @@ impl Options {
 
     /// Whether somebody takes part for whom time passes by itself.
     fn has_robots(&self) -> bool {
-        self.swaps.iter().any(|swap| swap.robot.as_ref().is_some_and(RobotSwap::is_free))
+        self.swaps.iter().any(|swap| swap.robot().is_some_and(RobotSwap::is_free))
     }
 
     fn staging(&self) -> Staging {
@@ -289,14 +289,19 @@ fn open_tap(assembly: &Assembly, engine: &Engine) -> Result<Tap, Failure> {
     Ok(Tap::start(directory, &assembly.network, engine.core()).map_err(RunError::from)?)
 }
 
-fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
+/// Starts the log of a run of the scenario, and the folder that it is in.
+///
+/// # Errors
+/// [`Failure::System`] and [`Failure::Log`].
+pub(crate) fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
     }
     let scenario = &assembly.scenario;
     let text = scenario.to_record();
     // What changes no bit of the result stays out of the log, so that equal results are equal logs.
-    let matters = |text: &&String| !text.starts_with("placement") && !text.starts_with("on_failure");
+    let sections = ["placement", "on_failure", "swap"];
+    let matters = |text: &&String| !sections.iter().any(|section| text.starts_with(section));
     let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
     let metadata = BTreeMap::from([
         ("scenario".to_string(), scenario.name.clone()),
@@ -328,7 +333,7 @@ fn record(
 }
 
 /// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.
-fn header(assembly: &Assembly, store: &Store, channel: ChannelId, step: u64) -> Header {
+pub(crate) fn header(assembly: &Assembly, store: &Store, channel: ChannelId, step: u64) -> Header {
     let period_ns = assembly.scenario.context.timing.period_ns();
     let agent = assembly.network.channels[channel.0].agent;
     store.header(channel, step).copied().unwrap_or_else(|| Header::new(step, period_ns, agent, Status::Held))

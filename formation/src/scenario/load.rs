@@ -43,10 +43,10 @@ pub struct Scenario {
     pub groups: Vec<Vec<String>>,
     /// What is to be done when a participant fails.
     pub on_failure: FailurePolicy,
+    /// Participants that something else plays, `plant_2`, and what that is, as for `--swap`.
+    pub swaps: Vec<(String, String)>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
-    /// Participants that something else plays, by name, `plant.2`, and what that is, as for `--swap`.
-    pub swaps: Vec<(String, String)>,
     /// Which set of metrics applies; empty if none.
     pub metrics: String,
     /// What should come out, by metric.

@@ -42,18 +42,28 @@ pub(super) fn read_edges(root: &Node, problems: &mut Problems) -> Vec<(String, T
     edges
 }
 
-/// Names of participants, and what plays them.
+/// Participants and what plays them: `"controller.1" = "replay:LOG.mcap"`, or the same in a table `controller`.
 pub(super) fn read_swaps(root: &Node, problems: &mut Problems) -> Vec<(String, String)> {
-    let Some(node) = root.at("swap") else { return Vec::new() };
     let mut swaps = Vec::new();
-    for (name, player) in node.as_table().into_iter().flat_map(|table| table.iter()) {
-        match player.as_str() {
-            Some(player) => swaps.push((name.to_string(), player.to_string())),
-            None => _ = problems.at(root, "swap", format!("{name}: expected a text, found {}", player.describe())),
+    let Some(node) = root.at("swap") else { return swaps };
+    let Some(table) = node.as_table() else {
+        problems.at(root, "swap", "expected a table such as { \"controller.3\" = \"./my_controller\" }");
+        return swaps;
+    };
+    for (name, node) in table.iter() {
+        let agents = node.as_table().into_iter().flat_map(|agents| agents.iter());
+        let agents = agents.map(|(agent, node)| (format!("{name}.{agent}"), node));
+        let players = if node.as_table().is_some() { agents.collect() } else { vec![(name.to_string(), node)] };
+        for (name, node) in players {
+            match node.as_str() {
+                Some(player) => swaps.push((name.replace('.', "_"), player.to_string())),
+                None => {
+                    let message =
+                        format!("{name}: expected a command or \"replay:LOG.mcap\", found {}", node.describe());
+                    problems.at(root, "swap", message);
+                }
+            }
         }
-    }
-    if node.as_table().is_none() {
-        problems.at(root, "swap", "expected a table such as { \"plant.2\" = \"hardware:robot2.toml\" }");
     }
     swaps
 }

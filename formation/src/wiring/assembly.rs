@@ -3,7 +3,7 @@
 use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
 
-use super::wishes::{apply_edges, check_failure_policy, check_groups};
+use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
 use crate::scenario::{Scenario, Selection};
@@ -157,6 +157,7 @@ impl Assembly {
         apply_edges(&self.scenario, &mut self.network)?;
         check_groups(&self.scenario, &self.network)?;
         check_failure_policy(&self.scenario, &self.network)?;
+        check_swaps(&self.scenario, &self.network)?;
         let phases = self.network.phases().map(drop);
         phases.map_err(|error| vec![self.scenario.problem("", error.to_string())])
     }

@@ -1,4 +1,4 @@
-//! What a scenario says about single participants by name: `[edges]`, `[placement]` and `[on_failure]`.
+//! What a scenario says about single participants by name: `[edges]`, `[placement]`, `[on_failure]` and `[swap]`.
 
 use lockstep::{Network, Timing};
 
@@ -72,6 +72,21 @@ pub(super) fn check_failure_policy(scenario: &Scenario, network: &Network) -> Re
     let names: Vec<String> = network.nodes.iter().map(|node| node.name.clone()).collect();
     let unmatched = scenario.on_failure.participants.iter().filter_map(|(name, _)| matching(name, &names).err());
     let problems: Vec<Problem> = unmatched.map(|message| scenario.problem("on_failure", message)).collect();
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Whether every participant that `[swap]` names is there, and once only.
+pub(super) fn check_swaps(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
+    let names: Vec<String> = network.nodes.iter().map(|node| node.name.clone()).collect();
+    let mut problems = Vec::new();
+    for (index, (name, _)) in scenario.swaps.iter().enumerate() {
+        let mut report = |message| problems.push(scenario.problem("swap", message));
+        if !names.contains(name) {
+            report(unknown(name, &names));
+        } else if scenario.swaps[..index].iter().any(|(other, _)| other == name) {
+            report(format!("`{name}` is swapped twice"));
+        }
+    }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod bridge;
 pub(crate) mod check;
+pub(crate) mod conform;
 pub(crate) mod ctl;
 pub(crate) mod doctor;
 pub(crate) mod echo;
@@ -11,10 +12,12 @@ pub(crate) mod info;
 pub(crate) mod layout;
 pub(crate) mod list;
 pub(crate) mod man;
+pub(crate) mod new;
 pub(crate) mod participant;
 pub(crate) mod plot;
 pub(crate) mod profile;
 pub(crate) mod recover;
+pub(crate) mod replay;
 pub(crate) mod report;
 pub(crate) mod robot;
 pub(crate) mod run;

@@ -2,20 +2,32 @@
 
 use std::process::ExitCode;
 
-use formation::scenario::Selection;
+use formation::config::Problem;
+use formation::scenario::{Scenario, Selection};
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
 use crate::catalog::ROLES;
+use crate::cli::ParticipantArgs;
+use crate::replay::played;
 use crate::urgency::lock_memory_if_wanted;
 
-/// Builds the participants that the plan assigns to this process, and serves.
-pub(crate) fn participant() -> ExitCode {
+/// Builds the participants that the plan assigns to this process, or plays them from a log, and serves.
+pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
     lock_memory_if_wanted();
-    lockstep::serve(|_, nodes| {
+    lockstep::serve(|plan, nodes| {
         let text = scenario_text()?;
-        let first = |problems: Vec<formation::config::Problem>| problems[0].to_string();
-        Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES)
-            .and_then(|assembly| assembly.participants(nodes))
-            .map_err(first)
+        let first = |problems: Vec<Problem>| problems[0].to_string();
+        let selection = Selection::default();
+        if let Some(log) = &args.replay {
+            let scenario = Scenario::load(SCENARIO_FILE, &text, &selection).map_err(first)?;
+            return played(log, &scenario, &plan.network, nodes, args.factor).map_err(|error| error.to_string());
+        }
+        let assembly = Assembly::load(SCENARIO_FILE, &text, &selection, &ROLES).map_err(first)?;
+        // Bridges to robots have nodes of their own behind those of the scenario.
+        let (ours, planned) = (&assembly.network, &plan.network);
+        if ours.channels != planned.channels || !planned.nodes.starts_with(&ours.nodes) {
+            return Err("the plan of the run is not that of its scenario".into());
+        }
+        assembly.participants(nodes).map_err(first)
     })
 }

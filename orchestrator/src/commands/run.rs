@@ -18,7 +18,7 @@ use crate::placement::Placement;
 use crate::profile;
 use crate::robots;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::swap::{RobotSwap, Swap};
+use crate::swap::{RobotSwap, Swap, keep_apart};
 use crate::urgency::Urgency;
 use crate::verdict::Verdict;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(&args.scenario, &args.swap)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
-    let swaps = parse_swaps(&args.swap, &assembly, placement)?;
+    let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
     robots::check(&swaps, &assembly, args.realtime)?;
     let trace = match (&args.profile, placement) {
         (None, _) | (Some(None), Placement::Single) => None,
@@ -90,24 +90,23 @@ pub(super) fn default_log(assembly: &Assembly) -> PathBuf {
     Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))
 }
 
-fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> Result<Vec<Swap>, Failure> {
-    if placement == Placement::Single && !texts.is_empty() {
-        return Err(Failure::Usage("--swap needs processes; leave out --placement single".into()));
-    }
-    let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
-    let parse = |text: &str| Swap::parse(text, &names).map_err(Failure::Usage);
-    let mut swaps: Vec<Swap> = texts.iter().map(|text| parse(text)).collect::<Result<_, _>>()?;
-    for (name, player) in &assembly.scenario.swaps {
-        let swap = parse(&format!("{name}={player}"))?;
-        let in_process = matches!(swap.robot, Some(RobotSwap::Emulated(_))) && placement == Placement::Single;
-        if placement == Placement::Single && !in_process {
-            return Err(Failure::Usage(format!("[swap] {name} needs processes; leave out --placement single")));
-        }
-        // In one process, the laboratory itself does what its emulator would do. The command line has the last word.
-        if !in_process && swaps.iter().all(|known| known.node != swap.node) {
-            swaps.push(swap);
+fn parse_swaps(
+    texts: &[String],
+    assembly: &Assembly,
+    placement: Placement,
+    log: Option<&Path>,
+) -> Result<Vec<Swap>, Failure> {
+    let mut swaps = Swap::collect(assembly, texts)?;
+    if placement == Placement::Single {
+        // In one process, the laboratory itself does what the emulators of a scenario would do.
+        let is_emulated = |swap: &Swap| matches!(swap.robot(), Some(RobotSwap::Emulated(_)));
+        swaps.retain(|swap| !texts.is_empty() || !is_emulated(swap));
+        if !swaps.is_empty() {
+            return Err(Failure::Usage("a swapped participant needs a process; leave out --placement single".into()));
         }
     }
+    let logs = swaps.iter().filter_map(Swap::log);
+    logs.zip(std::iter::repeat(log)).try_for_each(|(source, log)| keep_apart(source, log))?;
     Ok(swaps)
 }
 

@@ -1,5 +1,6 @@
 //! From a name on the command line to an assembled scenario.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use formation::config::nearest;
@@ -9,6 +10,7 @@ use formation::wiring::Assembly;
 use crate::catalog::{ROLES, SCENARIOS};
 use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
+use crate::log::{Head, Log};
 
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
@@ -30,18 +32,35 @@ pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Asse
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.
-pub(super) fn from_log(log: &crate::log::Log) -> Result<Assembly, Failure> {
+pub(super) fn from_log(log: &Log) -> Result<Assembly, Failure> {
     Ok(Assembly::new(scenario_of(log)?, &ROLES)?)
 }
 
+/// The scenario that a log holds, with its components; of the samples, none is read. `overrides` come on top.
+pub(super) fn from_head(log: &Path, overrides: Vec<String>) -> Result<Assembly, Failure> {
+    let head = Head::read(log)?;
+    let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), overrides)?;
+    Ok(Assembly::new(scenario, &ROLES)?)
+}
+
 /// The scenario that a log holds, with its variant and overrides applied.
-pub(crate) fn scenario_of(log: &crate::log::Log) -> Result<Scenario, Failure> {
-    let file = log.path().display().to_string();
-    let Some(text) = log.scenario_text() else {
+pub(crate) fn scenario_of(log: &Log) -> Result<Scenario, Failure> {
+    scenario_in(log.path(), log.scenario_text(), log.metadata(), Vec::new())
+}
+
+fn scenario_in(
+    log: &Path,
+    text: Option<&str>,
+    metadata: Option<&BTreeMap<String, String>>,
+    overrides: Vec<String>,
+) -> Result<Scenario, Failure> {
+    let file = log.display();
+    let Some(text) = text else {
         return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
     };
-    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &Selection::default())?;
-    let overrides = log.metadata().and_then(|metadata| metadata.get("overrides"));
+    let selection = Selection { variant: None, overrides };
+    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &selection)?;
+    let overrides = metadata.and_then(|metadata| metadata.get("overrides"));
     scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
     Ok(scenario)
 }

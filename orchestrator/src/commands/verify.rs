@@ -75,6 +75,11 @@ fn verify_scenario(scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
         duration: args.duration.clone(),
         seed: None,
     })?;
+    if !assembly.scenario.swaps.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{scenario} swaps participants, which takes a process each; verify runs all in one process, too: leave out [swap]"
+        )));
+    }
     let folder = Folder::create()?;
     let reference = folder.path.join("reference.mcap");
     let expected = record(&assembly, &Options::new(Placement::Single, Some(reference.clone())))?;

@@ -120,7 +120,7 @@ impl Desk {
     fn swap(&self, stream: &UnixStream, text: &str) -> io::Result<()> {
         let names: Vec<&str> = self.about.participants.iter().map(String::as_str).collect();
         let swap = match Swap::parse(text, &names) {
-            Ok(swap) if swap.robot.is_none() => swap,
+            Ok(swap) if swap.robot().is_none() => swap,
             Ok(_) => return answer(stream, &json!({ "error": "a robot takes part from the start or not at all" })),
             Err(reason) => return answer(stream, &json!({ "error": reason })),
         };

@@ -40,9 +40,13 @@ pub struct Difference {
 impl Difference {
     /// How many doubles lie between the two values, plus one; 0 only between zeros of different sign.
     pub fn ulps(&self) -> u64 {
-        let [a, b] = self.values.map(place);
-        a.abs_diff(b)
+        ulps(self.values[0], self.values[1])
     }
+}
+
+/// How many doubles lie between two numbers, plus one; 0 if they are equal.
+pub fn ulps(a: f64, b: f64) -> u64 {
+    place(a).abs_diff(place(b))
 }
 
 /// The place of a double among all doubles in ascending order, both zeros at 0.

@@ -12,8 +12,8 @@ mod compare;
 mod digest;
 mod encode;
 mod error;
-mod output;
 mod live;
+mod output;
 mod past;
 mod pipeline;
 mod reader;
@@ -23,9 +23,10 @@ mod recover;
 mod schema;
 mod series;
 mod sink;
+mod stream;
 mod walk;
 
-pub use compare::{Comparison, Difference, compare};
+pub use compare::{Comparison, Difference, compare, ulps};
 pub use error::LogError;
 pub(crate) use past::play_log;
 pub use reader::{Log, LogChannel};
@@ -34,6 +35,7 @@ pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};
 pub use recover::{Recovered, recover};
 pub use series::Series;
 pub use sink::Summary;
+pub use stream::{Head, Stream};
 
 #[cfg(test)]
 mod tests;

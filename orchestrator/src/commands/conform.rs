@@ -1,0 +1,138 @@
+//! `phalanx conform`.
+
+use std::path::PathBuf;
+
+use formation::wiring::Assembly;
+use serde_json::json;
+
+use super::select::{assemble, from_head};
+use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
+use crate::conform::{Demands, Range, Report, conform as try_all, supervise as watch};
+use crate::failure::Failure;
+use crate::pinning::Pin;
+use crate::placement::Placement;
+use crate::run::{Options, run};
+use crate::swap::node_called;
+
+pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
+    let assembly = short_scenario(args)?;
+    let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
+    let name = node_called(&args.node, &names).map_err(|reason| Failure::Usage(format!("{}: {reason}", args.node)))?;
+    let node = names.iter().position(|other| *other == name).unwrap_or_default();
+    let ranges = args.range.iter().map(|text| range(text, &assembly, node)).collect::<Result<_, _>>()?;
+    let recorded = Recorded::of(args, &assembly)?;
+    let home = Pin::Auto.take()?;
+    let report = try_all(&Demands {
+        assembly: &assembly,
+        log: &recorded.path,
+        node,
+        words: &args.command,
+        patience: std::time::Duration::from_secs_f64(args.patience),
+        ranges,
+        zeros: args.zero.clone(),
+        core: home.core,
+    })?;
+    if args.json {
+        println!("{}", to_json(&name, &report));
+    } else {
+        print!("{}", text_of(&name, &report));
+    }
+    if report.ok() { Ok(()) } else { Err(Failure::Nonconforming) }
+}
+
+pub(crate) fn supervise(args: &SuperviseArgs) -> std::process::ExitCode {
+    watch(&args.status, &args.command)
+}
+
+/// The scenario of the log, or the one that is named, as long as the program is to be tried.
+fn short_scenario(args: &ConformArgs) -> Result<Assembly, Failure> {
+    let whole = match &args.log {
+        Some(log) => from_head(log, Vec::new())?,
+        None => assemble(&scenario_args(args, None))?,
+    };
+    let timing = whole.scenario.context.timing;
+    let periods = (args.steps - 1).min(timing.periods());
+    let duration = (periods * timing.period_ns()) as f64 / 1e9;
+    match &args.log {
+        Some(log) => from_head(log, vec![format!("timing.duration={duration}")]),
+        None => assemble(&scenario_args(args, Some(duration.to_string()))),
+    }
+}
+
+fn scenario_args(args: &ConformArgs, duration: Option<String>) -> ScenarioArgs {
+    let (scenario, variant, set) = (args.scenario.clone(), args.variant.clone(), args.set.clone());
+    ScenarioArgs { scenario, variant, set, dt: None, duration, seed: None }
+}
+
+/// `input=-20..20`.
+fn range(text: &str, assembly: &Assembly, node: usize) -> Result<Range, Failure> {
+    let wrong = |reason: String| Failure::Usage(format!("--range {text}: {reason}"));
+    let expected = || wrong("expected FIELD=LOW..HIGH, such as input=-20..20".into());
+    let (field, bounds) = text.split_once('=').ok_or_else(expected)?;
+    let (low, high) = bounds.split_once("..").ok_or_else(expected)?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| expected());
+    let mut channels = assembly.network.nodes[node].outputs.iter();
+    if !channels.any(|channel| assembly.network.channels[channel.0].layout.find(field.trim()).is_some()) {
+        return Err(wrong(format!("{} publishes no such field", assembly.network.nodes[node].name)));
+    }
+    Ok(Range { field: field.trim().into(), low: number(low)?, high: number(high)? })
+}
+
+/// The log with the inputs.
+struct Recorded {
+    path: PathBuf,
+    /// Whether it was recorded for this trial only.
+    temporary: bool,
+}
+
+impl Recorded {
+    fn of(args: &ConformArgs, assembly: &Assembly) -> Result<Self, Failure> {
+        if let Some(log) = &args.log {
+            return Ok(Self { path: log.clone(), temporary: false });
+        }
+        let path = std::env::temp_dir().join(format!("phalanx-conform-{}.mcap", std::process::id()));
+        let recorded = Self { path: path.clone(), temporary: true };
+        let outcome = run(assembly, &Options::new(Placement::Single, Some(path)), |_| {})?;
+        match outcome.stopped {
+            Some(error) => Err(error.into()),
+            None => Ok(recorded),
+        }
+    }
+}
+
+impl Drop for Recorded {
+    fn drop(&mut self) {
+        if self.temporary {
+            // What cannot be removed from a temporary folder is removed by the system.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn text_of(node: &str, report: &Report) -> String {
+    let mut text = String::new();
+    for point in &report.points {
+        text.push_str(&format!("{}  {:<9} {}: {}\n", point.verdict.word(), point.name, point.demand, point.finding));
+        if !point.advice.is_empty() {
+            text.push_str(&format!("                what to do: {}\n", point.advice));
+        }
+    }
+    let broken = report.points.iter().filter(|point| !point.advice.is_empty()).count();
+    text.push_str(&match report.ok() {
+        true => format!("It can take the place of {node}.\n"),
+        false => {
+            format!("It cannot take the place of {node}: {broken} of {} points are broken.\n", report.points.len())
+        }
+    });
+    text
+}
+
+fn to_json(node: &str, report: &Report) -> serde_json::Value {
+    let points = report.points.iter().map(|point| {
+        let verdict = point.verdict.word().to_lowercase().replace("----", "untried");
+        json!({
+            "name": point.name, "verdict": verdict, "demand": point.demand, "finding": point.finding, "advice": point.advice,
+        })
+    });
+    json!({"node": node, "ok": report.ok(), "points": points.collect::<Vec<_>>()})
+}

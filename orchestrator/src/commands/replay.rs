@@ -1,0 +1,138 @@
+//! `phalanx replay`.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use formation::wiring::Assembly;
+use lockstep::Settings;
+use serde_json::{Value, json};
+
+use super::select::from_head;
+use crate::cli::ReplayArgs;
+use crate::control::Stop;
+use crate::failure::Failure;
+use crate::pinning::Pin;
+use crate::replay::{Departures, Outcome, Setup, rerun};
+use crate::swap::{Swap, keep_apart, node_called, own_program};
+
+/// How long both processes may take to connect.
+const START_TIMEOUT: Duration = Duration::from_secs(30);
+
+pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
+    let assembly = from_head(&args.log, Vec::new())?;
+    let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
+    let node = node_called(&args.only, &names);
+    let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;
+    let swap = args.swap.as_ref().map(|text| swap_of(text, &node, &assembly)).transpose()?;
+    keep_apart(&args.log, args.out.as_deref())?;
+    let home = Pin::Auto.take()?;
+    let setup = Setup {
+        assembly: &assembly,
+        network: &assembly.network,
+        log: &args.log,
+        only: names.iter().position(|name| *name == node).unwrap_or_default(),
+        factor: 1.0,
+        settings: Settings::default(),
+        start_timeout: START_TIMEOUT,
+        traced: 0,
+        core: home.core,
+    };
+    let program = own_program()?;
+    let command = match &swap {
+        Some(swap) => swap.command(&program),
+        None => own_participant(&program),
+    };
+    let stop = Stop::new();
+    let on_signal = stop.clone();
+    // A second handler in one process cannot be set; a program that embeds this one has set its own then.
+    let _ = ctrlc::set_handler(move || on_signal.request());
+    let outcome = rerun(&setup, command, args.tolerance, args.out.as_deref(), &stop)?;
+    if args.json {
+        println!("{}", to_json(&node, &outcome));
+    } else {
+        println!("{}", text_of(&node, &args.log, &outcome));
+    }
+    match outcome.stopped {
+        Some(error) => Err(error.into()),
+        None if outcome.departures.is_equal() => Ok(()),
+        None => Err(Failure::Different),
+    }
+}
+
+/// Our own participants.
+fn own_participant(program: &Path) -> Command {
+    let mut command = Command::new(program);
+    command.arg("participant");
+    command
+}
+
+/// What is run instead of our own participant.
+fn swap_of(text: &str, node: &str, assembly: &Assembly) -> Result<Swap, Failure> {
+    let swaps = Swap::collect(assembly, &[text.to_string()])?;
+    match swaps.into_iter().find(|swap| swap.node == node) {
+        Some(swap) => Ok(swap),
+        None => Err(Failure::Usage(format!("--swap {text}: only {node} is run, all others are played from the log"))),
+    }
+}
+
+fn text_of(node: &str, log: &Path, outcome: &Outcome) -> String {
+    let departures = &outcome.departures;
+    let Departures { steps, samples, differing_samples, numbers, differing, .. } = departures;
+    let log = log.display();
+    let mut text = match &departures.first {
+        None => format!("equal: {node} gives all {numbers} numbers of {log} again, in {steps} steps"),
+        Some(first) => format!(
+            "different: {node} departs from {log} first at step {} (t = {} s), {} {}:\n  recorded {:e}, now {:e}, difference \
+             {:e}, {} ulp\n{differing_samples} of {samples} samples differ, {differing} of {numbers} numbers\n\n{:<44} {:>8} \
+             {:>20} {:>8}",
+            first.step,
+            first.time,
+            first.topic,
+            first.field,
+            first.recorded,
+            first.now,
+            first.difference(),
+            first.ulps(),
+            "field",
+            "differ",
+            "largest difference",
+            "at step"
+        ),
+    };
+    for field in departures.fields() {
+        let name = format!("{} {}", field.topic, field.field);
+        text.push_str(&format!("\n{name:<44} {:>8} {:>20.6e} {:>8}", field.differing, field.largest, field.step));
+    }
+    if let Some(log) = &outcome.log {
+        text.push_str(&format!("\nlog: {}", log.path.display()));
+    }
+    text
+}
+
+fn to_json(node: &str, outcome: &Outcome) -> Value {
+    let departures = &outcome.departures;
+    let fields: Vec<Value> = departures
+        .fields()
+        .map(|field| {
+            json!({
+                "topic": field.topic, "field": field.field, "differing": field.differing, "largest": field.largest,
+                "step": field.step,
+            })
+        })
+        .collect();
+    json!({
+        "node": node,
+        "equal": departures.is_equal() && outcome.stopped.is_none(),
+        "steps": departures.steps,
+        "samples": departures.samples, "differing_samples": departures.differing_samples,
+        "numbers": departures.numbers, "differing": departures.differing,
+        "first": departures.first.as_ref().map(|first| json!({
+            "step": first.step, "time": first.time, "topic": first.topic, "field": first.field, "recorded": first.recorded,
+            "now": first.now, "difference": first.difference(), "ulps": first.ulps(),
+        })),
+        "fields": fields,
+        "log": outcome.log.as_ref().map(|log| log.path.display().to_string()),
+        "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
+    })
+}

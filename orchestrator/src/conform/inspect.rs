@@ -1,0 +1,112 @@
+//! What the outputs of a program tell.
+
+use std::time::Duration;
+
+use lockstep::{ChannelId, Network};
+
+use super::trial::Trial;
+
+/// An interval in which all numbers of a field have to lie.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// The field.
+    pub field: String,
+    /// The least that is allowed.
+    pub low: f64,
+    /// The most that is allowed.
+    pub high: f64,
+}
+
+/// Names of the numbers that a node publishes in a step: field, and field with its index.
+pub(super) fn labels(network: &Network, node: usize) -> Vec<(String, String)> {
+    let outputs = network.nodes[node].outputs.iter();
+    let of_channel = |&ChannelId(channel): &ChannelId| {
+        let (topic, layout) = (&network.channels[channel].topic, &network.channels[channel].layout);
+        let names = layout.fields().iter().flat_map(|field| vec![field.name.clone(); field.shape.words()]);
+        names.enumerate().map(|(word, name)| (name, format!("{topic} {}", layout.label(word)))).collect::<Vec<_>>()
+    };
+    outputs.flat_map(of_channel).collect()
+}
+
+/// What is never written, or not any more, as far as the numbers show. A field of `zeros` may be zero all the time.
+///
+/// A sample that is not written is that of two steps before. So an output that is never written stays zero, and one that is not
+/// written any more alternates between two values.
+pub(super) fn unwritten(trial: &Trial, labels: &[(String, String)], zeros: &[String]) -> Option<String> {
+    let column = |numbers: &[f64], word: usize| numbers.iter().skip(word).step_by(labels.len()).copied().collect();
+    for (word, (field, label)) in labels.iter().enumerate() {
+        let (now, recorded): (Vec<f64>, Vec<f64>) = (column(&trial.outputs, word), column(&trial.recorded, word));
+        let is_zero = |numbers: &[f64]| numbers.iter().all(|number| *number == 0.0);
+        if is_zero(&now) && !is_zero(&recorded) && !zeros.contains(field) {
+            return Some(format!(
+                "{label} is 0 at every step, so it seems that it is never written (--zero {field}, if it is)"
+            ));
+        }
+        let half = &now[now.len() / 2..];
+        let alternates = |numbers: &[f64]| numbers.windows(3).all(|three| three[0].to_bits() == three[2].to_bits());
+        let moves = half.first().zip(half.get(1)).is_some_and(|(first, second)| first.to_bits() != second.to_bits());
+        if half.len() > 4 && moves && alternates(half) && !alternates(&recorded[recorded.len() / 2..]) {
+            let since =
+                now.windows(3).rposition(|three| three[0].to_bits() != three[2].to_bits()).map_or(0, |at| at + 3);
+            return Some(format!("{label} is not written from step {since} on: it only alternates between two values"));
+        }
+    }
+    None
+}
+
+/// The first number that is out of its range.
+pub(super) fn out_of_range(trial: &Trial, labels: &[(String, String)], ranges: &[Range]) -> Option<String> {
+    for (index, number) in trial.outputs.iter().enumerate() {
+        let (field, label) = &labels[index % labels.len()];
+        let wrong = |range: &&Range| range.field == *field && !(range.low..=range.high).contains(number);
+        if let Some(Range { low, high, .. }) = ranges.iter().find(wrong) {
+            return Some(format!("{label} is {number} at step {}, not within {low} ... {high}", index / labels.len()));
+        }
+    }
+    None
+}
+
+/// The first number that is not the same in both trials.
+pub(super) fn unlike(first: &Trial, second: &Trial, labels: &[(String, String)]) -> Option<String> {
+    let pairs = first.outputs.iter().zip(&second.outputs);
+    let (index, (a, b)) = pairs.enumerate().find(|(_, (a, b))| a.to_bits() != b.to_bits())?;
+    let (step, label) = (index / labels.len(), &labels[index % labels.len()].1);
+    Some(format!("{label} at step {step} is {a:e} once and {b:e} another time"))
+}
+
+/// How the reference implementation would have done it.
+pub(super) fn departure(trial: &Trial) -> String {
+    let departures = &trial.departures;
+    match &departures.first {
+        None => format!("all {} numbers are those that were recorded, bit by bit", departures.numbers),
+        Some(first) => {
+            let worst = departures.fields().max_by(|a, b| a.largest.total_cmp(&b.largest));
+            let worst =
+                worst.map(|worst| format!("; at most by {:.3e} in {} {}", worst.largest, worst.topic, worst.field));
+            format!(
+                "{} of {} numbers differ, first at step {} in {} {}{}",
+                departures.differing,
+                departures.numbers,
+                first.step,
+                first.topic,
+                first.field,
+                worst.unwrap_or_default()
+            )
+        }
+    }
+}
+
+/// How long steps take, beside the period of `dt` seconds.
+pub(super) fn speed(lengths: &[Duration], dt: f64) -> String {
+    let mut lengths: Vec<f64> = lengths.iter().map(Duration::as_secs_f64).collect();
+    lengths.sort_by(f64::total_cmp);
+    let Some(last) = lengths.len().checked_sub(1) else { return "it was not measured".into() };
+    let (median, most) = (lengths[last / 2], lengths[last * 99 / 100]);
+    let verdict = if most <= dt { "in real time it keeps up" } else { "in real time it does not keep up" };
+    format!(
+        "{:.1} us in the median, {:.1} us for 99 % of the steps, of a period of {:.1} us: {verdict}",
+        median * 1e6,
+        most * 1e6,
+        dt * 1e6
+    )
+}

@@ -1,0 +1,143 @@
+//! What is found out about a program.
+
+/// What came of a point of the contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is kept.
+    Pass,
+    /// It is broken.
+    Fail,
+    /// Nothing to keep or to break; good to know.
+    Note,
+    /// Could not be tried, because an earlier point is broken.
+    Untried,
+}
+
+impl Verdict {
+    /// In one word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::Note => "note",
+            Self::Untried => "----",
+        }
+    }
+}
+
+/// A point of the contract.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Point {
+    /// Its name, one word; stable, for programs.
+    pub name: &'static str,
+    /// What is demanded.
+    pub demand: &'static str,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// What was seen.
+    pub finding: String,
+    /// What to do about it; empty if it is kept.
+    pub advice: &'static str,
+}
+
+/// All points, in the order in which they were tried.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// The points.
+    pub points: Vec<Point>,
+}
+
+/// The points: name, demand, what to do if it is broken.
+const CONTRACT: &[(&str, &str, &str)] = &[
+    (
+        "alone",
+        "outside a run it says so and ends with an exit code other than 0",
+        "call serve first thing in main and return its exit code; do not wait for anything",
+    ),
+    ("plan", "it refuses a plan whose digest is wrong", "let the library read the plan; do not read plan.json by hand"),
+    (
+        "signals",
+        "it refuses a run whose signals are not those that it was written for",
+        "bind every signal by its name, and pass the refusal on instead of going on without it",
+    ),
+    (
+        "start",
+        "it connects in time",
+        "do what takes long before the call of serve, or not at all; pass on what the library refuses",
+    ),
+    (
+        "steps",
+        "it answers every step",
+        "return from every step within the deadline; report what you cannot compute as a fault, do not exit or abort",
+    ),
+    (
+        "outputs",
+        "it writes every number of its outputs at every step",
+        "write every output in every step; what is not written keeps the value of two steps before",
+    ),
+    ("ranges", "its outputs stay within the ranges that --range gives", "limit the output, or correct the range"),
+    (
+        "inputs",
+        "it leaves the samples of others as they are",
+        "read the inputs through the library only; never write into shared memory yourself",
+    ),
+    (
+        "end",
+        "after the last step it ends by itself, with exit code 0",
+        "return the exit code of serve from main, and do nothing that lasts after it",
+    ),
+    (
+        "left",
+        "it leaves no process behind",
+        "end the processes that you started, and wait for them, before you return from main",
+    ),
+    (
+        "output",
+        "it prints little",
+        "print at the start and on trouble, not at every step; what is worth keeping belongs into an output",
+    ),
+    (
+        "repeat",
+        "the same inputs give the same outputs, bit by bit",
+        "use no clock, no random numbers without a fixed seed, no threads that race, no memory that was not written",
+    ),
+    (
+        "stop",
+        "stopped in the middle it ends by itself in time, with exit code 0",
+        "return from main when serve returns; install no handler that keeps the process alive",
+    ),
+    (
+        "absurd",
+        "inputs out of all bounds neither hang nor crash it",
+        "bound every loop by a number of rounds, and check what you divide by and index with",
+    ),
+    ("reference", "how far it departs from what was recorded", ""),
+    ("speed", "how long a step takes", ""),
+];
+
+impl Report {
+    /// Adds what was found about the point called `name`.
+    ///
+    /// # Panics
+    /// If the contract has no such point.
+    pub(super) fn add(&mut self, name: &str, verdict: Verdict, finding: impl Into<String>) {
+        let (name, demand, advice) = *CONTRACT.iter().find(|point| point.0 == name).expect("a point of the contract");
+        let advice = if verdict == Verdict::Fail { advice } else { "" };
+        self.points.push(Point { name, demand, verdict, finding: finding.into(), advice });
+    }
+
+    /// Adds a point that is kept, or not.
+    pub(super) fn judge(&mut self, name: &str, kept: bool, finding: impl Into<String>) {
+        self.add(name, if kept { Verdict::Pass } else { Verdict::Fail }, finding);
+    }
+
+    /// Adds points that could not be tried.
+    pub(super) fn skip(&mut self, names: &[&str], reason: &str) {
+        names.iter().for_each(|name| self.add(name, Verdict::Untried, reason));
+    }
+
+    /// Whether every point was tried, and none is broken.
+    pub fn ok(&self) -> bool {
+        self.points.iter().all(|point| matches!(point.verdict, Verdict::Pass | Verdict::Note))
+    }
+}

@@ -1,0 +1,83 @@
+//! A program started by itself, outside any run.
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal};
+
+use super::supervise::End;
+use crate::failure::Failure;
+
+/// The environment in which a conductor starts its workers.
+const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
+const WORKER: &str = "PHALANX_WORKER";
+const PAGE_FD: &str = "PHALANX_PAGE_FD";
+
+/// What a program does outside a run.
+pub(super) struct Probe {
+    /// How it ended; `None` if it did not.
+    pub(super) end: Option<End>,
+    /// What it printed.
+    pub(super) printed: String,
+}
+
+impl Probe {
+    /// Whether it refused in words, and ended by itself.
+    pub(super) fn refused(&self) -> bool {
+        let code = self.end.as_ref().and_then(|end| end.code);
+        code.is_some_and(|code| code != 0) && !self.printed.trim().is_empty()
+    }
+
+    /// What it did, in words.
+    pub(super) fn describe(&self, patience: Duration) -> String {
+        let first = self.printed.trim().lines().next().unwrap_or_default();
+        match &self.end {
+            None => format!("it does not end; killed after {:.1} s", patience.as_secs_f64()),
+            Some(end) if first.is_empty() => format!("{}, without a word", end.describe()),
+            Some(end) => format!("{}: \"{first}\"", end.describe()),
+        }
+    }
+}
+
+/// Starts `words` with the plan in `directory`, or without a plan, and waits for its end.
+pub(super) fn probe(
+    words: &[String],
+    directory: Option<&Path>,
+    folder: &Path,
+    patience: Duration,
+) -> Result<Probe, Failure> {
+    let path = folder.join("printed.txt");
+    let failed = || Failure::system(format!("write {}", path.display()));
+    let file = File::create(&path).map_err(failed())?;
+    let mut command = Command::new(&words[0]);
+    command.args(&words[1..]).stdin(Stdio::null()).stderr(file.try_clone().map_err(failed())?).stdout(file);
+    match directory {
+        // The page is the empty stdin: a program that gets as far as to map it finds that it is none.
+        Some(directory) => command.env(RUN_DIRECTORY, directory).env(WORKER, "0").env(PAGE_FD, "0"),
+        None => command.env_remove(RUN_DIRECTORY).env_remove(WORKER).env_remove(PAGE_FD),
+    };
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    let mut child = match command.spawn() {
+        Ok(child) => child,
+        Err(error) => {
+            let end = End { not_started: Some(error.to_string()), ..End::default() };
+            return Ok(Probe { end: Some(end), printed: String::new() });
+        }
+    };
+    let (pid, start) = (Pid::from_child(&child), Instant::now());
+    let mut end = None;
+    while end.is_none() && start.elapsed() < patience {
+        thread::sleep(Duration::from_millis(5));
+        end = child.try_wait().map_err(Failure::system("wait for a program"))?.map(End::of);
+    }
+    if end.is_none() {
+        // With all that it has started. Not reaped yet, so the number is still its own.
+        let _ = rustix::process::kill_process_group(pid, Signal::KILL);
+        child.wait().map_err(Failure::system("wait for a program"))?;
+    }
+    let printed = String::from_utf8_lossy(&std::fs::read(&path).map_err(failed())?).into_owned();
+    Ok(Probe { end, printed })
+}

@@ -1,0 +1,14 @@
+//! Small projects for participants of one's own, with the signals of a scenario.
+
+mod cpp;
+mod project;
+mod python;
+mod rust;
+mod signals;
+
+pub use project::{Language, Order, create};
+
+/// Puts values in the place of `{{key}}`.
+fn fill(template: &str, values: &[(&str, String)]) -> String {
+    values.iter().fold(template.to_string(), |text, (key, value)| text.replace(&format!("{{{{{key}}}}}"), value))
+}
