@@ -1,5 +1,6 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
 
+pub mod assertions;
 pub mod catalog;
 pub mod claims;
 pub mod cli;

@@ -8,6 +8,7 @@ use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store};
 
+use crate::assertions::{self, Findings, Guard, Watch};
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
@@ -80,6 +81,10 @@ pub struct Outcome {
     pub log: Option<Summary>,
     /// Why it ended before its time; the log reaches up to there.
     pub stopped: Option<RunError>,
+    /// What became of the assertions of the scenario.
+    pub findings: Findings,
+    /// An assertion ended it before its time; the log reaches up to there.
+    pub halted: bool,
     /// Where its time went.
     pub usage: Snapshot,
     /// How well it kept the times that it was to keep.
@@ -111,17 +116,19 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         None => None,
     };
     let mut recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
+    let timing = assembly.scenario.context.timing;
+    let watch = Watch::new(assertions::read(assembly)?, timing.dt);
+    let mut guard = Guard::new(watch, timing.period_ns(), recorder.as_mut())?;
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
-    let timing = assembly.scenario.context.timing;
     let server = serve(assembly, &engine, &stop);
     let keys = if options.progress { Keys::listen(&stop) } else { None };
     let mut pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
     if pace.is_some() {
         engine.run_step_by_step();
     }
-    if recorder.is_none() {
+    if recorder.is_none() && guard.is_idle() {
         engine.fetch_nothing();
     }
     let mut chosen = None;
@@ -129,6 +136,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let start = Instant::now();
     let mut done = 0;
     let mut stopped = None;
+    let mut halted = false;
     let mut failure = None;
     for step in 0..=timing.periods() {
         let mut waited = stop.await_turn(step);
@@ -189,6 +197,17 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         }
         done = step;
         progress.at(step);
+        match guard.check(step, engine.store(), recorder.as_mut(), |text| progress.say(text)) {
+            Ok(true) => {}
+            Ok(false) => {
+                halted = true;
+                break;
+            }
+            Err(error) => {
+                failure = Some(error.into());
+                break;
+            }
+        }
         if step == MEASURED_STEPS {
             match engine.settle(&cores) {
                 Ok(choice) => chosen = choice,
@@ -211,11 +230,13 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if let Some(failure) = failure {
         return Err(failure);
     }
+    let findings = guard.conclude(recorder.as_mut())?;
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
     let pacing = pace.map(Pace::finish);
     let replaced = recovery.map(Recovery::into_told).unwrap_or_default();
-    Ok(Outcome { steps: done, simulated, wall, processes, log, stopped, usage, pacing, cores: chosen, replaced })
+    let (cores, steps) = (chosen, done);
+    Ok(Outcome { steps, simulated, wall, processes, log, stopped, findings, halted, usage, pacing, cores, replaced })
 }
 
 /// Listens for `phalanx ctl` and `phalanx top`; a run that nobody can control is better than none.

@@ -1,5 +1,6 @@
 //! Tests of the whole program from outside: real processes, real shared memory, real files.
 
+mod assertions;
 mod engine;
 mod faults;
 mod look;

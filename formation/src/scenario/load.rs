@@ -77,6 +77,7 @@ const SECTIONS: &[&str] = &[
     "metrics",
     "expect",
     "claims",
+    "assert",
 ];
 
 impl Scenario {

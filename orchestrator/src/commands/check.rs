@@ -3,6 +3,7 @@
 use serde_json::json;
 
 use super::select::from_log;
+use crate::assertions::{Findings, Watch};
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -21,20 +22,39 @@ pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     let recorded = log.steps().end - log.steps().start;
     let complete = recorded == scenario.context.timing.periods() + 1;
     let verdict = Verdict::of(scenario, &log)?;
+    let findings = Watch::replay(&assembly, &log)?;
     if args.json {
         let summary = json!({
             "scenario": scenario.name, "variant": scenario.variant, "complete": complete,
-            "metrics": verdict.to_json(), "ok": complete && verdict.ok(),
+            "metrics": verdict.to_json(), "assertions": findings.to_json(), "ok": complete && verdict.ok() && findings.ok(),
         });
         println!("{summary}");
     } else {
         print!("{}", verdict.table());
         println!("\n{}", summary_line(&verdict, &scenario.overrides));
+        show_findings(&findings);
         if !complete {
             println!("The log ends before the run: {recorded} of {} samples.", scenario.context.timing.periods() + 1);
         }
     }
+    if let Some(violated) = findings.failure() {
+        return Err(Failure::Violated(violated));
+    }
     if complete && verdict.ok() { Ok(()) } else { Err(Failure::Missed) }
+}
+
+/// The table of assertions, and a sentence about it; nothing if there are none.
+pub(super) fn show_findings(findings: &Findings) {
+    if findings.0.is_empty() {
+        return;
+    }
+    println!("\n{}", findings.table());
+    let (count, failed) = (findings.0.len(), findings.0.iter().filter(|finding| !finding.ok()).count());
+    match (count, failed) {
+        (1, 0) => println!("The assertion holds.\n"),
+        (_, 0) => println!("All {count} assertions hold.\n"),
+        _ => println!("{failed} of {count} assertions violated.\n"),
+    }
 }
 
 /// One sentence about the bands.

@@ -7,7 +7,7 @@ use formation::wiring::Assembly;
 use lockstep::RunError;
 use serde_json::{Value, json};
 
-use super::check::summary_line;
+use super::check::{show_findings, summary_line};
 use super::select::assemble;
 use crate::cli::RunArgs;
 use crate::control::Stop;
@@ -69,11 +69,12 @@ fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
 }
 
 fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
-    match outcome.stopped {
-        Some(RunError::Interrupted { .. }) => Err(Failure::Interrupted),
-        Some(error) => Err(Failure::Run(error)),
-        None if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
-        None => Ok(()),
+    match (outcome.stopped, outcome.findings.failure()) {
+        (Some(RunError::Interrupted { .. }), _) => Err(Failure::Interrupted),
+        (Some(error), _) => Err(Failure::Run(error)),
+        (None, Some(violated)) => Err(Failure::Violated(violated)),
+        (None, None) if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
+        (None, None) => Ok(()),
     }
 }
 
@@ -159,6 +160,7 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
         println!("{}", verdict.table());
         println!("{}", summary_line(verdict, &assembly.scenario.overrides));
     }
+    show_findings(&outcome.findings);
     println!(
         "{} steps in {:.2} s: {:.0} steps/s, {:.1} x real time, {} processes",
         outcome.steps,
@@ -216,7 +218,8 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
         "metrics": verdict.map(Verdict::to_json),
         "replaced": outcome.replaced,
+        "assertions": outcome.findings.to_json(),
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
-        "ok": outcome.stopped.is_none() && verdict.is_none_or(Verdict::ok),
+        "ok": outcome.stopped.is_none() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
     })
 }

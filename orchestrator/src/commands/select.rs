@@ -6,6 +6,7 @@ use formation::config::nearest;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::Assembly;
 
+use crate::assertions;
 use crate::catalog::{ROLES, SCENARIOS};
 use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
@@ -13,7 +14,10 @@ use crate::failure::Failure;
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
     let (file, text) = find(&args.scenario)?;
-    Ok(Assembly::load(&file, &text, &selection(args), &ROLES)?)
+    let assembly = Assembly::load(&file, &text, &selection(args), &ROLES)?;
+    // What is wrong with an assertion is said before anything starts.
+    assertions::read(&assembly)?;
+    Ok(assembly)
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.

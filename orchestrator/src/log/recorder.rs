@@ -52,6 +52,7 @@ enum Job {
     Channel(Option<SchemaRecord>, ChannelRecord),
     /// To be answered once all before it is written.
     Settle(SyncSender<()>),
+    Metadata(String, BTreeMap<String, String>),
 }
 
 /// Records a run into an MCAP file.
@@ -196,6 +197,16 @@ impl Recorder {
         self.check()
     }
 
+    /// Writes a metadata record; nothing in it may differ between two runs of the same thing.
+    ///
+    /// # Errors
+    /// [`LogError::Write`] if writing failed since the last call.
+    pub fn note(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> Result<(), LogError> {
+        self.check()?;
+        self.send_batch(true)?;
+        self.send(Job::Metadata(name.into(), metadata.clone()))
+    }
+
     /// Writes the rest and closes the file.
     ///
     /// # Errors
@@ -282,6 +293,7 @@ impl<W: Write> Writing<W> {
                 }
                 // Whoever asked may have given up.
                 Job::Settle(answer) => drop(answer.send(())),
+                Job::Metadata(name, metadata) => self.sink.metadata(&name, &metadata)?,
             }
         }
         Ok(())
