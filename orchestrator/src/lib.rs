@@ -12,6 +12,7 @@ mod export;
 pub mod failure;
 mod figures;
 pub mod log;
+pub mod logging;
 pub mod metrics;
 pub mod pinning;
 pub mod placement;

@@ -45,14 +45,17 @@ pub struct Options {
     pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// Folder of a file per process with what it printed.
+    pub log_dir: Option<PathBuf>,
 }
 
 impl Options {
     /// As fast as possible, without a word, recorded into `log` if there is one.
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
+        let (pace, trace, stress, log_dir) = (None, None, None, None);
         let on_failure = FailurePolicy::default();
-        Self { placement, log, pin, swaps, progress: false, pace: None, trace: None, on_failure, stress: None }
+        Self { placement, log, pin, swaps, progress: false, pace, trace, on_failure, stress, log_dir }
     }
 
     fn staging(&self) -> Staging {
@@ -61,6 +64,7 @@ impl Options {
             swaps: self.swaps.clone(),
             on_failure: self.on_failure.clone(),
             stress: self.stress,
+            log_dir: self.log_dir.clone(),
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
         }
     }
@@ -210,7 +214,10 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         }
         if step == MEASURED_STEPS {
             match engine.settle(&cores) {
-                Ok(choice) => chosen = choice,
+                Ok(choice) => {
+                    tracing::info!(choice, "cores");
+                    chosen = choice;
+                }
                 Err(error) => {
                     failure = Some(error);
                     break;
@@ -219,6 +226,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         }
     }
     let wall = start.elapsed().as_secs_f64();
+    tracing::info!(steps = done, wall, "the steps are done");
     progress.finish();
     drop((server, keys));
     let (processes, usage) = (engine.process_count(), engine.gauge().read());

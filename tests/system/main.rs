@@ -3,6 +3,7 @@
 mod assertions;
 mod engine;
 mod faults;
+mod limits;
 mod look;
 mod matrix;
 mod mistakes;

@@ -13,6 +13,7 @@ mod load;
 mod obstacles;
 mod overrides;
 mod proximity;
+mod ranges;
 mod timing;
 mod wishes;
 
@@ -23,4 +24,5 @@ pub use failure::{FailurePolicy, MOST_RESTARTS, OnFailure};
 pub use load::{Scenario, Selection};
 pub use obstacles::{Boundary, Obstacles};
 pub use proximity::{AdjacencyRow, Proximity};
+pub use ranges::FieldRange;
 pub use timing::Timing;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use lockstep::{Network, Participant, Plan};
 
 use super::assembly::{node_name, read_component};
-use super::{Bind, Kind, Refusal, Role, Signals};
+use super::{Bind, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems};
 use crate::scenario::{Context, Scenario, Selection};
 
@@ -111,7 +111,8 @@ fn build(
     let planned = &plan.network.nodes[node];
     let agents = agents_of(scenario, role, &planned.name)?;
     let mut bind = Bind::adopt(&signals, role, kind, planned);
-    make(&agents, &mut bind).map_err(|refusal| refusal.to_string())
+    let participant = make(&agents, &mut bind).map_err(|refusal| refusal.to_string())?;
+    Ok(ranges::guard(scenario, &signals, role, planned, participant))
 }
 
 /// The agents (from 0) that the node called `name` serves.

@@ -55,9 +55,13 @@ pub struct Finding {
 impl Violation {
     /// In words, behind the name of the assertion.
     pub fn text(&self, signal: &str) -> String {
-        let relation = if self.below { "<" } else { ">" };
-        let Self { time, value, bound, .. } = self;
-        format!("{} at t = {} s: {signal} = {value} {relation} {bound}", who(self.agent), tidy(*time))
+        let Self { time, value, bound, below, .. } = self;
+        let place = format!("{} at t = {} s: {signal}", who(self.agent), tidy(*time));
+        match (value.is_nan(), below) {
+            (true, _) => format!("{place} is no number"),
+            (false, true) => format!("{place} = {value} < {bound}"),
+            (false, false) => format!("{place} = {value} > {bound}"),
+        }
     }
 }
 

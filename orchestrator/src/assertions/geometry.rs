@@ -1,9 +1,12 @@
 //! Metrics that concern several agents or obstacles: how close things come.
 
+use std::sync::Arc;
+
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
 use super::signal::Span;
+use crate::metrics::norm_between;
 
 /// What an assertion may name as its `metric`, or use within a signal; with its meaning. All in m.
 pub const METRICS: [(&str, &str); 5] = [
@@ -14,43 +17,50 @@ pub const METRICS: [(&str, &str); 5] = [
     ("tracking", "from the position of the agent to its place in the formation"),
 ];
 
-/// How far an agent is from the nearest of some bodies.
-#[derive(Clone, Debug)]
-pub(super) struct Nearest {
-    own: Span,
-    bodies: Vec<(Body, f64)>,
+/// Where all agents are and how large they are; known once for all assertions.
+pub(super) struct Geometry {
+    /// Position, without angles, and radius in m of every agent; or why that is not known.
+    agents: Result<Arc<[(Span, f64)]>, String>,
 }
 
-/// Where a body is.
+impl Geometry {
+    pub(super) fn new(assembly: &Assembly) -> Self {
+        let count = assembly.scenario.context.agents.len();
+        let agent = |agent| Ok((position(assembly, agent)?, radius(assembly, agent)));
+        Self { agents: (0..count).map(agent).collect() }
+    }
+}
+
+/// How far an agent is from the nearest of some bodies.
 #[derive(Clone, Debug)]
-enum Body {
-    Agent(Span),
-    Fixed([f64; 2]),
+pub(super) enum Nearest {
+    /// From other agents, at this place in the list; less the radii of both, or not.
+    Agent(usize, Arc<[(Span, f64)]>, bool),
+    /// From obstacles: own position, and of each the centre and the distance that is to be kept.
+    Obstacle(Span, Vec<([f64; 2], f64)>),
 }
 
 impl Nearest {
     /// The metric called `name` of the agent at this place; a reason if the scenario does not have what it needs, `None` if it
     /// is none of these.
-    pub(super) fn named(name: &str, assembly: &Assembly, agent: usize) -> Option<Result<Self, String>> {
+    pub(super) fn named(
+        name: &str,
+        assembly: &Assembly,
+        geometry: &Geometry,
+        agent: usize,
+    ) -> Option<Result<Self, String>> {
+        let agents = |with_radii| match &geometry.agents {
+            Ok(agents) if agents.len() > 1 => Ok(Self::Agent(agent, agents.clone(), with_radii)),
+            Ok(_) => Err("a distance between agents needs at least two agents".into()),
+            Err(why) => Err(why.clone()),
+        };
         match name {
-            "distance" => Some(Self::agents(assembly, agent, |_| 0.0)),
-            "gap" => Some(Self::agents(assembly, agent, |other| radius(assembly, agent) + radius(assembly, other))),
+            "distance" => Some(agents(false)),
+            "gap" => Some(agents(true)),
             "obstacle_gap" => Some(Self::obstacles(assembly, agent, false)),
             "obstacle_margin" => Some(Self::obstacles(assembly, agent, true)),
             _ => None,
         }
-    }
-
-    fn agents(assembly: &Assembly, agent: usize, keep_out: impl Fn(usize) -> f64) -> Result<Self, String> {
-        let count = assembly.scenario.context.agents.len();
-        let others = (0..count).filter(|other| *other != agent);
-        let bodies: Vec<_> = others
-            .map(|other| Ok((Body::Agent(position(assembly, other)?), keep_out(other))))
-            .collect::<Result<_, String>>()?;
-        if bodies.is_empty() {
-            return Err("a distance between agents needs at least two agents".into());
-        }
-        Ok(Self { own: position(assembly, agent)?, bodies })
     }
 
     fn obstacles(assembly: &Assembly, agent: usize, inner: bool) -> Result<Self, String> {
@@ -58,26 +68,30 @@ impl Nearest {
         let obstacles = obstacles.ok_or("a distance to obstacles needs a section `[obstacles]` with obstacles")?;
         let own_radius = radius(assembly, agent);
         let boundaries = obstacles.boundaries(own_radius);
-        let bodies = boundaries.iter().zip(&obstacles.radii).map(|(boundary, r)| {
+        let discs = boundaries.iter().zip(&obstacles.radii).map(|(boundary, r)| {
             let keep_out = if inner { boundary.inner } else { own_radius + r };
-            (Body::Fixed(boundary.centre.into()), keep_out)
+            (boundary.centre.into(), keep_out)
         });
-        Ok(Self { own: position(assembly, agent)?.first(2), bodies: bodies.collect() })
+        Ok(Self::Obstacle(position(assembly, agent)?.first(2), discs.collect()))
     }
 
     /// The distance of this step, less what has to be kept free.
     pub(super) fn value<'s>(&self, sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
-        let own = self.own.of(sample);
-        let distance = |body: &Body| {
-            let squares = |other: &[f64]| own.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-            match body {
-                Body::Agent(span) => squares(span.of(sample)),
-                Body::Fixed(centre) => squares(centre),
-            }
-            .sqrt()
-        };
         // Positions are finite, so no comparison is undecided.
-        self.bodies.iter().map(|(body, keep_out)| distance(body) - keep_out).fold(f64::INFINITY, f64::min)
+        let least = f64::min;
+        match self {
+            Nearest::Agent(agent, agents, with_radii) => {
+                let (own, own_radius) = (agents[*agent].0.of(sample), agents[*agent].1);
+                let others = agents.iter().enumerate().filter(|(index, _)| index != agent);
+                let keep_out = |radius: f64| if *with_radii { own_radius + radius } else { 0.0 };
+                let free = others.map(|(_, (span, radius))| norm_between(own, span.of(sample)) - keep_out(*radius));
+                free.fold(f64::INFINITY, least)
+            }
+            Nearest::Obstacle(own, discs) => {
+                let own = own.of(sample);
+                discs.iter().map(|(centre, keep_out)| norm_between(own, centre) - keep_out).fold(f64::INFINITY, least)
+            }
+        }
     }
 }
 

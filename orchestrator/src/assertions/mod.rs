@@ -32,6 +32,7 @@ mod geometry;
 mod guard;
 mod message;
 mod read;
+mod scan;
 mod signal;
 mod watch;
 

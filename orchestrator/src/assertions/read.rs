@@ -6,9 +6,12 @@ use formation::wiring::Assembly;
 use serde::Deserialize;
 
 use super::bound::Bound;
-use super::geometry::METRICS;
+use super::geometry::{Geometry, METRICS};
 use super::signal::{Mistake, compile, constant};
 use super::{Across, Assertion, Severity, Subject};
+
+/// More than these are taken for a mistake; they are compiled for every agent.
+const MOST_ASSERTIONS: usize = 64;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,10 +45,15 @@ pub fn read(assembly: &Assembly) -> Result<Vec<Assertion>, Vec<Problem>> {
     let Some(nodes) = section.as_array() else {
         return Err(vec![assembly.scenario.problem("assert", "expected a list of tables: write [[assert]]")]);
     };
+    if nodes.len() > MOST_ASSERTIONS {
+        let message = format!("expected at most {MOST_ASSERTIONS} assertions, found {}", nodes.len());
+        return Err(vec![assembly.scenario.problem("assert", message)]);
+    }
+    let geometry = Geometry::new(assembly);
     for (index, node) in nodes.iter().enumerate() {
         let path = format!("assert.{}", index + 1);
         let Some(row) = read_node::<Row>(node, &path, &mut problems) else { continue };
-        let reader = RowReader { node, path, row: &row, assembly };
+        let reader = RowReader { node, path, row: &row, assembly, geometry: &geometry };
         if names.contains(&row.name) {
             problems.push(reader.problem("name", "another assertion has this name; each needs its own"));
         }
@@ -63,6 +71,7 @@ struct RowReader<'a> {
     path: String,
     row: &'a Row,
     assembly: &'a Assembly,
+    geometry: &'a Geometry,
 }
 
 impl RowReader<'_> {
@@ -157,10 +166,11 @@ impl RowReader<'_> {
 
     fn subject(&self, signal: &str, agent: usize) -> Result<Subject, Problem> {
         let field = if self.row.signal.is_some() { "signal" } else { "metric" };
-        let (formula, slots) = compile(signal, self.assembly, agent).map_err(|Mistake { offset, message }| {
-            let column = signal.get(..offset).map_or(1, |before| before.chars().count() + 1);
-            self.problem(field, format!("{message}, in column {column} of {signal:?}"))
-        })?;
+        let (formula, slots) =
+            compile(signal, self.assembly, self.geometry, agent).map_err(|Mistake { offset, message }| {
+                let column = signal.get(..offset).map_or(1, |before| before.chars().count() + 1);
+                self.problem(field, format!("{message}, in column {column} of {signal:?}"))
+            })?;
         let min = self.bound("min", self.row.min.as_ref(), agent)?.unwrap_or(f64::NEG_INFINITY);
         let max = self.bound("max", self.row.max.as_ref(), agent)?.unwrap_or(f64::INFINITY);
         if min > max {

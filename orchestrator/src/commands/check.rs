@@ -49,12 +49,15 @@ pub(super) fn show_findings(findings: &Findings) {
         return;
     }
     println!("\n{}", findings.table());
-    let (count, failed) = (findings.0.len(), findings.0.iter().filter(|finding| !finding.ok()).count());
-    match (count, failed) {
-        (1, 0) => println!("The assertion holds.\n"),
-        (_, 0) => println!("All {count} assertions hold.\n"),
-        _ => println!("{failed} of {count} assertions violated.\n"),
-    }
+    let failed = findings.0.iter().filter(|finding| finding.fails()).count();
+    let warned = findings.0.iter().filter(|finding| !finding.ok()).count() - failed;
+    let text = match (findings.0.len(), failed, warned) {
+        (1, 0, 0) => "The assertion holds.".to_string(),
+        (count, 0, 0) => format!("All {count} assertions hold."),
+        (count, 0, _) => format!("{} of {count} assertions hold, the rest only warn.", count - warned),
+        (count, ..) => format!("{failed} of {count} assertions are violated."),
+    };
+    println!("{text}\n");
 }
 
 /// One sentence about the bands.

@@ -33,14 +33,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         swaps,
         placement,
         pin: Pin::parse(&args.pin)?,
-        progress: !args.quiet,
+        progress: args.quiet == 0,
         log: log.clone(),
         pace: args.realtime,
         trace,
         on_failure: failure_policy(args, &assembly)?,
         stress: None,
+        log_dir: args.log_dir.clone(),
     };
-    if !args.quiet {
+    if args.quiet == 0 {
         announce(&assembly, &options, log.as_deref());
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;

@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use formation::scenario::Scenario;
+use formation::wiring::Assembly;
 use lockstep::{Field, Shape};
 
+use crate::assertions::{Findings, Watch};
+use crate::catalog::ROLES;
 use crate::commands::scenario_of;
 use crate::failure::Failure;
 use crate::log::{Log, Series};
@@ -18,6 +21,8 @@ pub struct Subject {
     pub scenario: Option<Scenario>,
     /// Its metrics with their bands; `None` if they cannot be computed.
     pub verdict: Option<Verdict>,
+    /// What became of its assertions; none if they cannot be evaluated.
+    pub findings: Findings,
     /// Why scenario or metrics are missing, in words.
     pub caveats: Vec<String>,
     /// Numbers of the agents, ascending.
@@ -48,12 +53,16 @@ impl Subject {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
+        let evaluate = |scenario: &Scenario| Watch::replay(&Assembly::new(scenario.clone(), &ROLES)?, &log);
+        let findings = scenario.as_ref().and_then(|scenario| {
+            evaluate(scenario).map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
+        });
         let mut agents: Vec<u32> =
             log.channels().iter().filter(|channel| channel.layout.is_some()).map(|channel| channel.agent).collect();
         agents.retain(|agent| *agent > 0);
         agents.sort_unstable();
         agents.dedup();
-        Ok(Self { log, scenario, verdict, caveats, agents })
+        Ok(Self { log, scenario, verdict, findings: findings.unwrap_or_default(), caveats, agents })
     }
 
     /// Number of samples.
