@@ -13,6 +13,7 @@ mod tempo;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
+use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -118,6 +119,14 @@ impl Conductor {
             next: 0,
             stays_in_its_thread: PhantomData,
         })
+    }
+
+    /// Keeps all that the workers print in the folder `folder`, a file `<worker>.log` each. To be called before they are spawned.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if the folder cannot be created.
+    pub fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
+        self.crew.keep_output(folder)
     }
 
     /// Starts the process of worker number `worker` with `command`, pinned to `cpu` if one is given, and returns its pid.

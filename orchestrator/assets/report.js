@@ -183,6 +183,17 @@ const buildMetrics = () => {
   place.append(element("h2", {}, comparing ? "Metrics, and how they differ from the first run" : "Metrics and their bands"), comparing ? metricsOfMany() : metricsOfOne(runs[0].metrics));
 };
 
+const buildAssertions = () => {
+  const place = byId("assertions");
+  const rows = runs.flatMap((run) => (run.assertions ?? []).map((found) => element("tr", {},
+    comparing ? element("td", {}, run.name) : "", element("td", {}, found.name), element("td", {}, element("code", {}, found.signal)),
+    element("td", { class: "n" }, found.bound), element("td", {}, found.worst), element("td", { class: found.ok ? "good" : found.fails ? "bad" : "" }, found.word))));
+  place.hidden = !rows.length;
+  if (place.hidden) return;
+  const head = [...(comparing ? [["run"]] : []), ["assertion"], ["signal"], ["bound", 1], ["worst"], [""]];
+  place.append(element("h2", {}, "Assertions"), element("table", {}, element("thead", {}, headRow(...head)), element("tbody", {}, ...rows)));
+};
+
 const buildMore = () => {
   for (const run of runs) {
     const of = comparing ? ` of ${run.name}` : "";
@@ -287,6 +298,7 @@ buildHeading();
 buildChips();
 buildControls();
 buildMetrics();
+buildAssertions();
 buildMore();
 byId("scenes").append(...scenes.map((scene) => scene.card));
 byId("plots").append(...plots.map((plot) => plot.card));

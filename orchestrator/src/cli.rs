@@ -28,12 +28,19 @@ pub(crate) use watch::WatchArgs;
 
 use crate::commands;
 use crate::failure::Failure;
+use crate::logging;
 use crate::placement::Placement;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
 #[command(name = "phalanx", version, after_help = after_help(), arg_required_else_help = true)]
 pub struct Cli {
+    /// Say more on stderr: -v what the program does, -vv in detail, -vvv everything
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    /// Which messages to show, by level or module, such as `info` or `orchestrator::engine=debug`; also PHALANX_LOG
+    #[arg(long, global = true, value_name = "FILTER")]
+    log_filter: Option<String>,
     #[command(subcommand)]
     command: Command,
 }
@@ -192,9 +199,12 @@ pub(crate) struct RunArgs {
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,
-    /// Show no progress
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
+    /// Show no progress; twice: no warnings either
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub(crate) quiet: u8,
+    /// Write what every process prints into a file of its own in this folder, and the program's own messages to phalanx.log
+    #[arg(long, value_name = "DIR")]
+    pub(crate) log_dir: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -301,6 +311,18 @@ pub(crate) struct DoctorArgs {
 pub fn main() -> ExitCode {
     end_with_the_reader();
     let cli = Cli::parse();
+    let (quiet, directory) = match &cli.command {
+        Command::Run(args) => (args.quiet, args.log_dir.as_deref()),
+        _ => (0, None),
+    };
+    let choice = logging::Choice { verbose: cli.verbose, quiet, filter: cli.log_filter.as_deref(), directory };
+    // A participant starts a stream of its own, for the pipe that the orchestrator reads.
+    if !matches!(cli.command, Command::Participant(_) | Command::Bridge { .. })
+        && let Err(failure) = logging::start(&choice)
+    {
+        eprintln!("error: {failure}");
+        return ExitCode::from(failure.exit_code());
+    }
     let result = match cli.command {
         Command::List(args) => commands::list::list(&args),
         Command::Run(args) => commands::run::run(&args),

@@ -12,6 +12,7 @@ use lockstep::{
 
 use crate::control::Stop;
 use crate::failure::Failure;
+use crate::logging;
 use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
 use crate::robots::{Robots, add_hands};
@@ -37,6 +38,8 @@ pub struct Staging {
     pub traced: u32,
     /// How urgent they are.
     pub urgency: Urgency,
+    /// Folder of a file per process with what it printed.
+    pub log_dir: Option<PathBuf>,
 }
 
 /// A run that is ready for its first step.
@@ -97,7 +100,7 @@ impl Cast {
     /// This program as a participant.
     pub fn own_program(&self) -> Command {
         let mut command = Command::new(&self.program);
-        command.arg("participant");
+        command.arg("participant").env(logging::FILTER, logging::chosen());
         command
     }
 }
@@ -161,15 +164,20 @@ impl Engine {
         };
         let mut conductor = Conductor::new(directory, plan, settings)?;
         stop.attach(conductor.interrupt());
+        if let Some(folder) = &staging.log_dir {
+            conductor.keep_output(folder)?;
+        }
         for worker in 0..count {
             let name = &conductor.plan().workers[worker].name;
             let command = cast.command(name, conductor.directory().path())?;
             let pid = conductor.spawn(worker, command, cast.core)?;
+            tracing::debug!(process = conductor.plan().workers[worker].name, pid, "started");
             if let Some(stress) = &staging.stress {
                 stress.set_priority(worker, pid);
             }
         }
         conductor.wait_ready(settings.deadline * START_DEADLINES)?;
+        tracing::info!(processes = count, run = conductor.directory().name(), "all processes are connected");
         if let Some(core) = home.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }

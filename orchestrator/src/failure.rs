@@ -13,6 +13,9 @@ pub enum Failure {
     /// A metric lies outside its band. Everything has been printed already.
     #[error("a metric is outside its band")]
     Missed,
+    /// An assertion of the scenario was violated.
+    #[error("{0}")]
+    Violated(String),
     /// Two logs differ. Everything has been printed already.
     #[error("the logs differ")]
     Different,
@@ -62,6 +65,7 @@ impl Failure {
             Failure::Run(_) | Failure::Emergency { .. } => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
             Failure::System { .. } => 5,
+            Failure::Violated(_) => 6,
             Failure::Interrupted => 130,
         }
     }
@@ -82,6 +86,7 @@ Exit codes:
   3    the run stopped early: a participant failed, hung or died, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
   5    the operating system refused something
+  6    an assertion of the scenario was violated; the log is complete, or ends there if the assertion stops the run
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there
   141  whoever read what was printed has gone";
 

@@ -1,5 +1,6 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
 
+pub mod assertions;
 pub mod catalog;
 pub mod claims;
 pub mod cli;
@@ -13,6 +14,7 @@ pub mod failure;
 mod figures;
 mod layouts;
 pub mod log;
+pub mod logging;
 pub mod metrics;
 pub mod pinning;
 pub mod placement;

@@ -69,6 +69,15 @@ impl Progress {
         }
     }
 
+    /// Says something that happened, above the bar.
+    pub(crate) fn say(&self, text: &str) {
+        match &self.display {
+            Display::Silent => {}
+            Display::Lines => eprintln!("{text}"),
+            Display::Bar(bar) => bar.println(text),
+        }
+    }
+
     /// The run is over.
     pub(crate) fn finish(&self) {
         if let Display::Bar(bar) = &self.display {

@@ -8,6 +8,7 @@ use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store, Tap};
 
+use crate::assertions::{self, Findings, Guard, Watch};
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
@@ -52,6 +53,8 @@ pub struct Options {
     pub tap: bool,
     /// How urgent its processes are.
     pub urgency: Urgency,
+    /// Folder of a file per process with what it printed.
+    pub log_dir: Option<PathBuf>,
 }
 
 impl Options {
@@ -59,8 +62,9 @@ impl Options {
     pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
         let (pin, swaps) = (Pin::Auto, Vec::new());
         let (on_failure, urgency) = (FailurePolicy::default(), Urgency::default());
-        let (scene, progress, pace, trace, stress, tap) = (true, false, None, None, None, false);
-        Self { placement, log, scene, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency }
+        let (scene, progress, tap) = (true, false, false);
+        let (pace, trace, stress, log_dir) = (None, None, None, None);
+        Self { placement, log, scene, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency, log_dir }
     }
 
     /// Whether somebody takes part for whom time passes by itself.
@@ -75,6 +79,7 @@ impl Options {
             on_failure: self.on_failure.clone(),
             stress: self.stress,
             urgency: self.urgency,
+            log_dir: self.log_dir.clone(),
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },
         }
     }
@@ -97,6 +102,10 @@ pub struct Outcome {
     pub stopped: Option<RunError>,
     /// Whether that was an emergency stop.
     pub emergency: bool,
+    /// What became of the assertions of the scenario.
+    pub findings: Findings,
+    /// An assertion ended it before its time; the log reaches up to there.
+    pub halted: bool,
     /// Where its time went.
     pub usage: Snapshot,
     /// How well it kept the times that it was to keep.
@@ -134,10 +143,12 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         Some(recorder) if options.scene => Scene::new(assembly, recorder)?,
         _ => None,
     };
+    let timing = assembly.scenario.context.timing;
+    let watch = Watch::new(assertions::read(assembly)?, timing.dt);
+    let mut guard = Guard::new(watch, timing.period_ns(), recorder.as_mut())?;
     let stop = Stop::new();
     on_start(stop.clone());
     let mut engine = Engine::start(assembly, &options.staging(), home, &stop)?;
-    let timing = assembly.scenario.context.timing;
     let server = serve(assembly, &engine, &stop);
     let keys = if options.progress { Keys::listen(&stop) } else { None };
     let mut pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
@@ -148,7 +159,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         true => Some(open_tap(assembly, &engine)?),
         false => None,
     };
-    if recorder.is_none() && tap.is_none() {
+    if recorder.is_none() && tap.is_none() && guard.is_idle() {
         engine.fetch_nothing();
     }
     let mut chosen = None;
@@ -156,6 +167,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let start = Instant::now();
     let mut done = 0;
     let mut stopped = None;
+    let mut halted = false;
     let mut failure = None;
     for step in 0..=timing.periods() {
         let mut waited = stop.await_turn(step);
@@ -218,9 +230,23 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         }
         done = step;
         progress.at(step);
+        match guard.check(step, engine.store(), recorder.as_mut(), |text| progress.say(text)) {
+            Ok(true) => {}
+            Ok(false) => {
+                halted = true;
+                break;
+            }
+            Err(error) => {
+                failure = Some(error.into());
+                break;
+            }
+        }
         if step == MEASURED_STEPS {
             match engine.settle(&cores) {
-                Ok(choice) => chosen = choice,
+                Ok(choice) => {
+                    tracing::info!(choice, "cores");
+                    chosen = choice;
+                }
                 Err(error) => {
                     failure = Some(error);
                     break;
@@ -229,6 +255,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         }
     }
     let wall = start.elapsed().as_secs_f64();
+    tracing::info!(steps = done, wall, "the steps are done");
     progress.finish();
     drop((server, keys, tap));
     let (processes, usage) = (engine.process_count(), engine.gauge().read());
@@ -243,6 +270,7 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if let (Some(recorder), Some(scene)) = (&mut recorder, &mut scene) {
         scene.close(stopped.as_ref(), recorder)?;
     }
+    let findings = guard.conclude(recorder.as_mut())?;
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
     if let (Some(pace), Some(path), true) = (&pace, &options.log, options.has_robots()) {
@@ -259,6 +287,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         log,
         stopped,
         emergency: stop.is_emergency(),
+        findings,
+        halted,
         usage,
         pacing,
         cores: chosen,

@@ -1,5 +1,7 @@
 //! Tests of the whole program, from outside, and what they share.
 
+pub mod hostile;
+
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::Local;

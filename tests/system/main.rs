@@ -1,10 +1,14 @@
 //! Tests of the whole program from outside: real processes, real shared memory, real files.
 
+mod assertions;
 mod endurance;
 mod engine;
+mod engine;
+mod faults;
 mod faults;
 mod hardware;
 mod keys;
+mod limits;
 mod look;
 mod matrix;
 mod mistakes;

@@ -125,7 +125,7 @@ impl Context {
     }
 
     /// Value of a name that does not vary during a run, for the formulas of one agent.
-    fn constant(&self, agent: &Agent, name: &str) -> Option<f64> {
+    pub fn constant(&self, agent: &Agent, name: &str) -> Option<f64> {
         match name {
             "i" => Some(f64::from(agent.id)),
             "N" => Some(self.agents.len() as f64),

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
+use super::ranges::read_ranges;
 use super::wishes::{read_edges, read_groups, read_swaps};
-use super::{Context, Expectation, FailurePolicy};
+use super::{Context, Expectation, FailurePolicy, FieldRange};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
 
@@ -47,6 +48,8 @@ pub struct Scenario {
     pub swaps: Vec<(String, String)>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
+    /// Ranges of fields, which stop the run if they are left.
+    pub ranges: Vec<FieldRange>,
     /// Which set of metrics applies; empty if none.
     pub metrics: String,
     /// What should come out, by metric.
@@ -81,6 +84,8 @@ pub const SECTIONS: &[&str] = &[
     "metrics",
     "expect",
     "claims",
+    "assert",
+    "ranges",
 ];
 
 impl Scenario {
@@ -138,6 +143,14 @@ impl Scenario {
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
             problems.at(&root, "name", "expected a name of letters, digits, `-` and `_`");
         }
+        // The log is named after the variant, and must stay in its folder.
+        let harmless =
+            |name: &&String| name.len() <= 64 && !name.contains(['/', '\\']) && !name.contains(char::is_control);
+        if let Some(wrong) = variants.iter().find(|name| !harmless(name)) {
+            let message =
+                format!("expected names of variants of at most 64 characters, without slashes, found {wrong:?}");
+            problems.at(&root, "variant", message);
+        }
         let title = text("title", problems);
         let thesis = text("thesis", problems);
         let metrics = text("metrics", problems);
@@ -153,6 +166,7 @@ impl Scenario {
         let groups = read_groups(&root, problems);
         let edges = read_edges(&root, problems);
         let swaps = read_swaps(&root, problems);
+        let ranges = read_ranges(&root, problems);
         Some(Self {
             name,
             title,
@@ -166,6 +180,7 @@ impl Scenario {
             on_failure: FailurePolicy::read(&root, problems),
             edges,
             swaps,
+            ranges,
             metrics,
             expectations,
             root,

@@ -3,6 +3,7 @@
 use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
 
+use super::ranges;
 use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
@@ -143,7 +144,7 @@ impl Assembly {
     }
 
     fn connect(&mut self) -> Result<(), Vec<Problem>> {
-        let mut problems = Vec::new();
+        let mut problems = ranges::check(&self.scenario, &self.signals);
         for index in 0..self.nodes.len() {
             match self.build(index) {
                 Ok((node, _)) => self.network.nodes.push(node),
@@ -174,15 +175,11 @@ impl Assembly {
             .build(&self.scenario.context, agents, &mut bind)
             .map_err(|refusal| vec![self.scenario.problem(role.name(), refusal.to_string())])?;
         let (inputs, outputs) = bind.into_edges();
-        let timing = self.scenario.rate(*role);
-        let node = Node {
-            name: node_name(*role, agents, self.serves_all(*role)),
-            inputs,
-            outputs,
-            every: timing.0,
-            offset: timing.1,
-        };
-        Ok((node, participant))
+        let (every, offset) = self.scenario.rate(*role);
+        let name = node_name(*role, agents, self.serves_all(*role));
+        let node = Node { name, inputs, outputs, every, offset };
+        let guarded = ranges::guard(&self.scenario, &self.signals, *role, &node, participant);
+        Ok((node, guarded))
     }
 
     fn serves_all(&self, role: Role) -> bool {

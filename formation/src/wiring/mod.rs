@@ -7,6 +7,7 @@
 mod assembly;
 mod bind;
 mod component;
+mod ranges;
 mod serve;
 mod wishes;
 

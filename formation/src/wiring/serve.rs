@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use lockstep::{Network, Node, Participant, Plan};
 
 use super::assembly::{node_name, read_component};
-use super::{Bind, Kind, Refusal, Role, Signals};
+use super::{Bind, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems};
 use crate::scenario::{Context, Scenario, Selection};
 
@@ -160,7 +160,9 @@ fn build(
     make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
 ) -> Result<Box<dyn Participant>, String> {
     let station = Station::new(scenario, plan, role, node)?;
-    make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())
+    let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
+    let signals = signals_of(&plan.network);
+    Ok(ranges::guard(scenario, &signals, role, &plan.network.nodes[node], participant))
 }
 
 /// The agents (from 0) that the node called `name` serves.

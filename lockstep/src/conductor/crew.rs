@@ -45,6 +45,11 @@ impl Crew {
         Ok(Self { alarm, names, children, spawned, grace, watch, pump })
     }
 
+    /// Keeps what the processes print in files in `folder`.
+    pub(super) fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
+        self.pump.keep_in(folder).map_err(system(format!("create the folder {}", folder.display())))
+    }
+
     /// Starts the process of a worker.
     pub(super) fn spawn(
         &mut self,

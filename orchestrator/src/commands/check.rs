@@ -3,6 +3,7 @@
 use serde_json::json;
 
 use super::select::from_log;
+use crate::assertions::{Findings, Watch};
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -21,20 +22,42 @@ pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     let recorded = log.steps().end - log.steps().start;
     let complete = recorded == scenario.context.timing.periods() + 1;
     let verdict = Verdict::of(scenario, &log)?;
+    let findings = Watch::replay(&assembly, &log)?;
     if args.json {
         let summary = json!({
             "scenario": scenario.name, "variant": scenario.variant, "complete": complete,
-            "metrics": verdict.to_json(), "ok": complete && verdict.ok(),
+            "metrics": verdict.to_json(), "assertions": findings.to_json(), "ok": complete && verdict.ok() && findings.ok(),
         });
         println!("{summary}");
     } else {
         print!("{}", verdict.table());
         println!("\n{}", summary_line(&verdict, &scenario.overrides));
+        show_findings(&findings);
         if !complete {
             println!("The log ends before the run: {recorded} of {} samples.", scenario.context.timing.periods() + 1);
         }
     }
+    if let Some(violated) = findings.failure() {
+        return Err(Failure::Violated(violated));
+    }
     if complete && verdict.ok() { Ok(()) } else { Err(Failure::Missed) }
+}
+
+/// The table of assertions, and a sentence about it; nothing if there are none.
+pub(super) fn show_findings(findings: &Findings) {
+    if findings.0.is_empty() {
+        return;
+    }
+    println!("\n{}", findings.table());
+    let failed = findings.0.iter().filter(|finding| finding.fails()).count();
+    let warned = findings.0.iter().filter(|finding| !finding.ok()).count() - failed;
+    let text = match (findings.0.len(), failed, warned) {
+        (1, 0, 0) => "The assertion holds.".to_string(),
+        (count, 0, 0) => format!("All {count} assertions hold."),
+        (count, 0, _) => format!("{} of {count} assertions hold, the rest only warn.", count - warned),
+        (count, ..) => format!("{failed} of {count} assertions are violated."),
+    };
+    println!("{text}\n");
 }
 
 /// One sentence about the bands.

@@ -13,8 +13,11 @@ use crate::urgency::lock_memory_if_wanted;
 
 /// Builds the participants that the plan assigns to this process, or plays them from a log, and serves.
 pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
+    crate::logging::start_participant();
     lock_memory_if_wanted();
-    lockstep::serve(|plan, nodes| {
+    let end = lockstep::serve(|plan, nodes| {
+        let names: Vec<&str> = nodes.iter().map(|&node| plan.network.nodes[node].name.as_str()).collect();
+        tracing::info!(pid = std::process::id(), hosts = names.join(", "), "building");
         let text = scenario_text()?;
         let first = |problems: Vec<Problem>| problems[0].to_string();
         let selection = Selection::default();
@@ -29,5 +32,7 @@ pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
             return Err("the plan of the run is not that of its scenario".into());
         }
         assembly.participants(nodes).map_err(first)
-    })
+    });
+    tracing::debug!("done");
+    end
 }

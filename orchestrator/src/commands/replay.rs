@@ -18,6 +18,8 @@ use crate::swap::{Swap, keep_apart, node_called, own_program};
 
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
+/// What cannot be run again.
+const NO_ROBOT: &str = "a robot cannot be run against a recording; name a program or a log";
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let assembly = from_head(&args.log, Vec::new())?;
@@ -40,7 +42,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     };
     let program = own_program()?;
     let command = match &swap {
-        Some(swap) => swap.command(&program),
+        Some(swap) => swap.command(&program).ok_or_else(|| Failure::Usage(NO_ROBOT.into()))?,
         None => own_participant(&program),
     };
     let stop = Stop::new();

@@ -7,7 +7,7 @@ use formation::wiring::Assembly;
 use lockstep::RunError;
 use serde_json::{Value, json};
 
-use super::check::summary_line;
+use super::check::{show_findings, summary_line};
 use super::select::assemble_for;
 use crate::cli::RunArgs;
 use crate::control::Stop;
@@ -36,7 +36,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         swaps,
         placement,
         pin: Pin::parse(&args.pin)?,
-        progress: !args.quiet,
+        progress: args.quiet == 0,
         log: log.clone(),
         scene: !args.no_scene,
         pace: args.realtime,
@@ -45,8 +45,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         stress: None,
         tap: args.tap,
         urgency: Urgency { priority: args.rt_priority },
+        log_dir: args.log_dir.clone(),
     };
-    if !args.quiet {
+    if args.quiet == 0 {
         announce(&assembly, &options, log.as_deref());
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
@@ -75,12 +76,13 @@ fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
 }
 
 pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
-    match outcome.stopped {
-        Some(RunError::Interrupted { step }) if outcome.emergency => Err(Failure::Emergency { step }),
-        Some(RunError::Interrupted { .. }) => Err(Failure::Interrupted),
-        Some(error) => Err(Failure::Run(error)),
-        None if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
-        None => Ok(()),
+    match (outcome.stopped, outcome.findings.failure()) {
+        (Some(RunError::Interrupted { step }), _) if outcome.emergency => Err(Failure::Emergency { step }),
+        (Some(RunError::Interrupted { .. }), _) => Err(Failure::Interrupted),
+        (Some(error), _) => Err(Failure::Run(error)),
+        (None, Some(violated)) => Err(Failure::Violated(violated)),
+        (None, None) if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
+        (None, None) => Ok(()),
     }
 }
 
@@ -178,6 +180,7 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
         println!("{}", verdict.table());
         println!("{}", summary_line(verdict, &assembly.scenario.overrides));
     }
+    show_findings(&outcome.findings);
     println!(
         "{} steps in {:.2} s: {:.0} steps/s, {:.1} x real time, {} processes",
         outcome.steps,
@@ -235,7 +238,8 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
         "metrics": verdict.map(Verdict::to_json),
         "replaced": outcome.replaced,
+        "assertions": outcome.findings.to_json(),
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
-        "ok": outcome.stopped.is_none() && verdict.is_none_or(Verdict::ok),
+        "ok": outcome.stopped.is_none() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
     })
 }

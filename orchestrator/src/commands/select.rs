@@ -7,6 +7,7 @@ use formation::config::nearest;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::Assembly;
 
+use crate::assertions;
 use crate::catalog::{ROLES, SCENARIOS};
 use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
@@ -28,7 +29,10 @@ pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Asse
     if swaps.iter().any(single) {
         selection.overrides.push("plant.per_agent=true".into());
     }
-    Ok(Assembly::load(&file, &text, &selection, &ROLES)?)
+    let assembly = Assembly::load(&file, &text, &selection, &ROLES)?;
+    // What is wrong with an assertion is said before anything starts.
+    assertions::read(&assembly)?;
+    Ok(assembly)
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.

@@ -114,6 +114,13 @@ impl Log {
         &self.times
     }
 
+    /// All words of the samples of `topic`, one row per step; `None` if there is no such topic, or its messages are no samples.
+    pub fn samples(&self, topic: &str) -> Option<Series<'_>> {
+        let channel = self.channels.iter().find(|channel| channel.topic == topic)?;
+        let words = channel.layout.as_ref()?.words();
+        Some(Series::new(&channel.data, channel.stride(), HEADER_WORDS, words))
+    }
+
     /// The values of `field` on `topic` at all steps; `None` if there is no such signal.
     ///
     /// Besides the fields of the layout, every topic has `step`, the step that computed the sample, and `status`, the number

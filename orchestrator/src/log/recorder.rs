@@ -169,6 +169,15 @@ impl Recorder {
         sink.drain().map_err(|source| LogError::Write { path: self.path.clone(), source })
     }
 
+    /// Writes a metadata record; nothing in it may differ between two runs of the same thing.
+    ///
+    /// # Errors
+    /// [`LogError::Write`] if writing failed since the last call.
+    pub fn note(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> Result<(), LogError> {
+        let sink = open(&mut self.sink, &self.path)?;
+        sink.metadata(name, metadata).map_err(|refusal| refused(&self.path, refusal))
+    }
+
     /// Writes the rest and closes the file.
     ///
     /// # Errors

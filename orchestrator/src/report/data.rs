@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use crate::assertions::Finding;
 use crate::verdict::Row;
 use crate::view::{Curve, Grid, Kind, Panel, Subject, View, links, panels};
 
@@ -69,6 +70,7 @@ fn run(subject: &Subject, name: &str, points: usize) -> Value {
         "dt": scenario.map(|scenario| scenario.context.timing.dt),
         "interval": grid.interval(),
         "metrics": subject.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
+        "assertions": subject.findings.0.iter().map(assertion).collect::<Vec<_>>(),
         "text": subject.log.scenario_text(),
         "channels": channels,
         "time": packed(grid.points().iter().map(|&sample| subject.time(sample))),
@@ -86,6 +88,18 @@ fn metric(row: &Row) -> Value {
         "low": row.expectation.low.and_then(number),
         "high": row.expectation.high.and_then(number),
         "ok": row.ok,
+    })
+}
+
+fn assertion(finding: &Finding) -> Value {
+    json!({
+        "name": finding.name,
+        "signal": finding.signal,
+        "bound": finding.bound(),
+        "worst": finding.worst(),
+        "word": finding.word(),
+        "ok": finding.ok(),
+        "fails": finding.fails(),
     })
 }
 

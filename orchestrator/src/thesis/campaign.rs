@@ -30,10 +30,11 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Whether every metric is in its band and every claim holds.
+    /// Whether every metric is in its band, every assertion of a variant and every claim holds.
     pub fn ok(&self) -> bool {
-        let bands = self.results.iter().filter(|(job, _)| job.with.is_empty());
-        bands.filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
+        let bands = || self.results.iter().filter(|(job, _)| job.with.is_empty());
+        bands().all(|(_, result)| result.findings.ok())
+            && bands().filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
             && self.claims.iter().all(|claim| claim.holds)
     }
 

@@ -6,6 +6,7 @@ use formation::config::Problem;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
+use crate::assertions::Findings;
 use crate::catalog::{ROLES, Shipped};
 use crate::failure::Failure;
 use crate::log::Log;
@@ -31,6 +32,8 @@ pub struct JobResult {
     pub verdict: Option<Verdict>,
     /// Why the run ended before its time, if it did.
     pub stopped: Option<String>,
+    /// What became of the assertions.
+    pub findings: Findings,
     /// Number of steps.
     pub steps: u64,
     /// Time it took, s.
@@ -66,7 +69,9 @@ impl Job {
             false => Some(Verdict::of(&assembly.scenario, &recorded)?),
         };
         let stopped = outcome.stopped.map(|error| error.to_string());
-        Ok(JobResult { verdict, stopped, steps: outcome.steps, wall: outcome.wall })
+        let stopped = stopped.or_else(|| outcome.halted.then(|| "an assertion ended the run".to_string()));
+        let findings = outcome.findings;
+        Ok(JobResult { verdict, stopped, findings, steps: outcome.steps, wall: outcome.wall })
     }
 }
 

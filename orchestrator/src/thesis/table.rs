@@ -154,7 +154,8 @@ pub fn as_json(campaign: &Campaign) -> Value {
                 "scenario": job.shipped.name, "variant": job.variant, "with": job.with, "steps": result.steps,
                 "wall_s": result.wall, "stopped": result.stopped,
                 "metrics": result.verdict.as_ref().map(Verdict::to_json),
-                "ok": result.verdict.as_ref().map(Verdict::ok),
+                "assertions": result.findings.to_json(),
+                "ok": result.verdict.as_ref().map(|verdict| verdict.ok() && result.findings.ok()),
             })
         })
         .collect();
@@ -172,9 +173,10 @@ pub fn as_json(campaign: &Campaign) -> Value {
 }
 
 fn ending(result: &JobResult) -> String {
+    let violated = result.findings.failure().map(|violated| format!(" ({})", violated.replace("\n   ", "")));
     match &result.stopped {
-        Some(reason) => format!(" (stopped early: {reason})"),
-        None => String::new(),
+        Some(reason) => format!(" (stopped early: {reason}){}", violated.unwrap_or_default()),
+        None => violated.unwrap_or_default(),
     }
 }
 

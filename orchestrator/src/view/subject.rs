@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use formation::scenario::Scenario;
+use formation::wiring::Assembly;
 use lockstep::{Field, Shape};
 
+use crate::assertions::{Findings, Watch};
+use crate::catalog::ROLES;
 use crate::commands::scenario_of;
 use crate::failure::Failure;
 use crate::log::{Log, Series};
@@ -18,6 +21,8 @@ pub struct Subject {
     pub scenario: Option<Scenario>,
     /// Its metrics with their bands; `None` if they cannot be computed.
     pub verdict: Option<Verdict>,
+    /// What became of its assertions; none if they cannot be evaluated.
+    pub findings: Findings,
     /// Why scenario or metrics are missing, in words.
     pub caveats: Vec<String>,
     /// Numbers of the agents, ascending.
@@ -50,13 +55,19 @@ impl Subject {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
-        Ok(Self { agents: agents_of(&log), log, scenario, verdict, caveats, growing: false })
+        let evaluate = |scenario: &Scenario| Watch::replay(&Assembly::new(scenario.clone(), &ROLES)?, &log);
+        let findings = scenario.as_ref().and_then(|scenario| {
+            evaluate(scenario).map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
+        });
+        let (agents, findings) = (agents_of(&log), findings.unwrap_or_default());
+        Ok(Self { log, scenario, verdict, findings, caveats, agents, growing: false })
     }
 
     /// A run that is going on, with the samples that have been seen of it so far.
     pub fn growing(log: Log, scenario: Scenario) -> Self {
         let agents = agents_of(&log);
-        Self { log, scenario: Some(scenario), verdict: None, caveats: Vec::new(), agents, growing: true }
+        let (scenario, findings) = (Some(scenario), Findings::default());
+        Self { log, scenario, verdict: None, findings, caveats: Vec::new(), agents, growing: true }
     }
 
     /// Number of samples.

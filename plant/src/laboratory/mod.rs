@@ -10,13 +10,14 @@ use formation::scenario::{Context, Scenario};
 use formation::vehicle::{Drive, Vehicle};
 use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault as Failing, Field, In, Io, Out, Participant, Step};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What scenario files call it.
 pub const KIND: &str = "laboratory";
 
 /// Parameters of the laboratory. The defaults are those of the thesis' experiment as it is emulated, without faults.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Laboratory {
     /// Step of the emulation, s.
@@ -40,7 +41,7 @@ pub struct Laboratory {
 }
 
 /// A span in which the cameras do not see a robot, or see it elsewhere.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFault {
     /// Number of the robot, from 1.
@@ -57,7 +58,7 @@ pub struct CameraFault {
 }
 
 /// The kinds of camera faults.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FaultKind {
     /// The robot is not seen.

@@ -1,0 +1,105 @@
+//! Assertions: bounds that a scenario sets to signals, checked while the run goes on and again from its log.
+//!
+//! ```toml
+//! [[assert]]
+//! name = "the wheels respect their limit"
+//! signal = "peak(command.input)"
+//! max = "UM"
+//!
+//! [[assert]]
+//! name = "nobody collides"
+//! metric = "gap"          # to the nearest agent, m
+//! min = 0
+//! ```
+//!
+//! # Signals
+//!
+//! A signal is a formula (see [`formation::formula`]), evaluated for every agent at every step. Besides the names that every
+//! formula knows (`t`, `i`, `N`, `pi`, parameters of scenario and agent) and `UM`, the limit of the inputs, it may use
+//!
+//! | what                                | how                                                                     |
+//! |-------------------------------------|-------------------------------------------------------------------------|
+//! | a field of the agent's topics       | `state.position[2]`, counted from 0; a scalar without index             |
+//! | a vector of it, or a difference     | `state.position`, `state.position[0:3] - reference.position`, only in:  |
+//! | a vector as a number                | `norm(...)`, `peak(...)` (largest magnitude), `largest(...)`, `smallest(...)` |
+//! | a metric                            | the names in [`METRICS`]                                                |
+//!
+//! The participants do not notice any of it: the orchestrator evaluates the samples that it fetches for the log.
+
+mod bound;
+mod finding;
+mod geometry;
+mod guard;
+mod message;
+mod read;
+mod scan;
+mod signal;
+mod watch;
+
+#[cfg(test)]
+mod tests;
+
+pub use finding::{Finding, Findings, Violation};
+pub use geometry::METRICS;
+pub(crate) use guard::Guard;
+use message::{SCHEMA_NAME, SCHEMA_TEXT, TOPIC, encode};
+pub use read::read;
+pub use watch::Watch;
+
+use formation::formula::Formula;
+use serde::Deserialize;
+use signal::Slot;
+
+/// What a violation means for the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// The run fails, with an exit code of its own.
+    #[default]
+    Fail,
+    /// It is reported.
+    Warn,
+}
+
+/// How the values of the agents become what is compared with the bounds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Across {
+    /// Each by itself.
+    #[default]
+    Each,
+    /// The root of the sum of their squares: the norm of the vector of all agents.
+    Norm,
+    /// Their sum.
+    Sum,
+}
+
+/// A bound of a signal, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Assertion {
+    /// What it says, in words; each name once.
+    pub name: String,
+    /// The signal as the scenario writes it.
+    pub signal: String,
+    /// What a violation means.
+    pub severity: Severity,
+    /// Whether a violation ends the run.
+    pub stop: bool,
+    /// First and last step that are checked.
+    pub steps: (u64, u64),
+    across: Across,
+    subjects: Vec<Subject>,
+}
+
+/// The signal of one agent with its bounds.
+#[derive(Clone, Debug)]
+struct Subject {
+    /// Number of the agent.
+    agent: u32,
+    formula: Formula,
+    slots: Vec<Slot>,
+    /// Lower bound, or minus infinity.
+    min: f64,
+    /// Upper bound, or infinity.
+    max: f64,
+}

@@ -1,0 +1,206 @@
+//! From `[[assert]]` to assertions that can be evaluated.
+
+use formation::config::{Node, Problem, Problems, nearest, read as read_node};
+use formation::formula::{Expression, Operand};
+use formation::wiring::Assembly;
+use serde::Deserialize;
+
+use super::bound::Bound;
+use super::geometry::{Geometry, METRICS};
+use super::signal::{Mistake, compile, constant};
+use super::{Across, Assertion, Severity, Subject};
+
+/// More than these are taken for a mistake; they are compiled for every agent.
+const MOST_ASSERTIONS: usize = 64;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    name: String,
+    signal: Option<String>,
+    metric: Option<String>,
+    min: Option<Bound>,
+    max: Option<Bound>,
+    from: Option<f64>,
+    to: Option<f64>,
+    agents: Option<Vec<u32>>,
+    variants: Option<Vec<String>>,
+    #[serde(default)]
+    across: Across,
+    #[serde(default)]
+    severity: Severity,
+    #[serde(default)]
+    stop: bool,
+}
+
+/// The assertions of a scenario that apply to its variant, in the order of the file.
+///
+/// # Errors
+/// Everything that is wrong with them, each with its place.
+pub fn read(assembly: &Assembly) -> Result<Vec<Assertion>, Vec<Problem>> {
+    let Some(section) = assembly.scenario.section("assert") else { return Ok(Vec::new()) };
+    let mut problems = Problems::default();
+    let mut assertions: Vec<Assertion> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
+    let Some(nodes) = section.as_array() else {
+        return Err(vec![assembly.scenario.problem("assert", "expected a list of tables: write [[assert]]")]);
+    };
+    if nodes.len() > MOST_ASSERTIONS {
+        let message = format!("expected at most {MOST_ASSERTIONS} assertions, found {}", nodes.len());
+        return Err(vec![assembly.scenario.problem("assert", message)]);
+    }
+    let geometry = Geometry::new(assembly);
+    for (index, node) in nodes.iter().enumerate() {
+        let path = format!("assert.{}", index + 1);
+        let Some(row) = read_node::<Row>(node, &path, &mut problems) else { continue };
+        let reader = RowReader { node, path, row: &row, assembly, geometry: &geometry };
+        if names.contains(&row.name) {
+            problems.push(reader.problem("name", "another assertion has this name; each needs its own"));
+        }
+        names.push(row.name.clone());
+        match reader.assertion() {
+            Ok(assertion) => assertions.extend(assertion),
+            Err(found) => problems.extend(found),
+        }
+    }
+    if problems.is_empty() { Ok(assertions) } else { Err(problems.into_vec()) }
+}
+
+struct RowReader<'a> {
+    node: &'a Node,
+    path: String,
+    row: &'a Row,
+    assembly: &'a Assembly,
+    geometry: &'a Geometry,
+}
+
+impl RowReader<'_> {
+    /// The assertion; `None` if it is not about this variant.
+    fn assertion(&self) -> Result<Option<Assertion>, Vec<Problem>> {
+        let mut problems = Vec::new();
+        let row = self.row;
+        if row.name.trim().is_empty() || row.name.contains(['\n', '\r']) {
+            problems.push(self.problem("name", "expected what the assertion says, in one line"));
+        }
+        if row.min.is_none() && row.max.is_none() {
+            problems.push(self.problem("", "expected a bound: `min`, `max` or both"));
+        }
+        let signal = self.signal().map_err(|problem| problems.push(problem)).unwrap_or_default();
+        let steps = self.steps().map_err(|problem| problems.push(problem)).unwrap_or_default();
+        let agents = self.agents().map_err(|problem| problems.push(problem)).unwrap_or_default();
+        problems.extend(self.unknown_variants());
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let subject = |&agent: &usize| self.subject(&signal, agent);
+        let subjects = agents.iter().map(subject).collect::<Result<Vec<_>, _>>().map_err(|problem| vec![problem])?;
+        let scenario = &self.assembly.scenario;
+        if row.variants.as_ref().is_some_and(|variants| !variants.contains(&scenario.variant)) {
+            return Ok(None);
+        }
+        let Row { across, severity, stop, .. } = *row;
+        Ok(Some(Assertion { name: row.name.clone(), signal, severity, stop, steps, across, subjects }))
+    }
+
+    fn signal(&self) -> Result<String, Problem> {
+        match (&self.row.signal, &self.row.metric) {
+            (Some(signal), None) => Ok(signal.clone()),
+            (None, Some(metric)) if METRICS.iter().any(|(name, _)| name == metric) => Ok(metric.clone()),
+            (None, Some(metric)) => {
+                let names = METRICS.map(|(name, _)| name);
+                let hint = nearest(metric, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+                let expected = names.join(", ");
+                Err(self.problem("metric", format!("no metric is called `{metric}`, expected one of {expected}{hint}")))
+            }
+            (Some(_), Some(_)) => Err(self.problem("metric", "expected either `signal` or `metric`, found both")),
+            (None, None) => {
+                Err(self.problem("", "expected a `signal` such as \"norm(state.velocity)\", or a `metric`"))
+            }
+        }
+    }
+
+    /// First and last step of the window; none of the run if the window lies behind its end.
+    fn steps(&self) -> Result<(u64, u64), Problem> {
+        let timing = self.assembly.scenario.context.timing;
+        let (from, to) = (self.row.from.unwrap_or(0.0), self.row.to.unwrap_or(timing.duration));
+        if !(from.is_finite() && from >= 0.0) {
+            return Err(self.problem("from", format!("expected a time >= 0 s, found {from}")));
+        }
+        if self.row.to.is_some() && !(to.is_finite() && to >= from) {
+            return Err(self.problem("to", format!("expected a time >= {from} s, where the window starts, found {to}")));
+        }
+        // A time that is a multiple of the step but for its last digits means that step. Casts saturate.
+        let first = (from / timing.dt - 1e-6).ceil().max(0.0) as u64;
+        let last = (to / timing.dt + 1e-6).floor() as u64;
+        Ok((first, last))
+    }
+
+    /// Places of the agents.
+    fn agents(&self) -> Result<Vec<usize>, Problem> {
+        let count = self.assembly.scenario.context.agents.len();
+        let Some(numbers) = &self.row.agents else { return Ok((0..count).collect()) };
+        let expected = || self.problem("agents", format!("expected numbers of agents from 1 to {count}, each once"));
+        let mut places = Vec::new();
+        for &number in numbers {
+            let place = (number as usize).checked_sub(1).filter(|place| *place < count).ok_or_else(expected)?;
+            if places.contains(&place) {
+                return Err(expected());
+            }
+            places.push(place);
+        }
+        if places.is_empty() { Err(expected()) } else { Ok(places) }
+    }
+
+    fn unknown_variants(&self) -> Option<Problem> {
+        let known = &self.assembly.scenario.variants;
+        // A log holds only the variant that ran, so its other names cannot be checked there.
+        if known.len() <= 1 {
+            return None;
+        }
+        let unknown = self.row.variants.iter().flatten().find(|name| !known.contains(name))?;
+        let hint = nearest(unknown, known.iter().map(String::as_str));
+        let hint = hint.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let expected = known.join(", ");
+        Some(self.problem("variants", format!("no variant is called `{unknown}`, expected one of {expected}{hint}")))
+    }
+
+    fn subject(&self, signal: &str, agent: usize) -> Result<Subject, Problem> {
+        let field = if self.row.signal.is_some() { "signal" } else { "metric" };
+        let (formula, slots) =
+            compile(signal, self.assembly, self.geometry, agent).map_err(|Mistake { offset, message }| {
+                let column = signal.get(..offset).map_or(1, |before| before.chars().count() + 1);
+                self.problem(field, format!("{message}, in column {column} of {signal:?}"))
+            })?;
+        let min = self.bound("min", self.row.min.as_ref(), agent)?.unwrap_or(f64::NEG_INFINITY);
+        let max = self.bound("max", self.row.max.as_ref(), agent)?.unwrap_or(f64::INFINITY);
+        if min > max {
+            return Err(self.problem("max", format!("expected a bound >= {min}, which is `min`, found {max}")));
+        }
+        Ok(Subject { agent: agent as u32 + 1, formula, slots, min, max })
+    }
+
+    fn bound(&self, field: &str, bound: Option<&Bound>, agent: usize) -> Result<Option<f64>, Problem> {
+        let Some(Bound(text)) = bound else { return Ok(None) };
+        let constant = |name: &str| constant(name, self.assembly, agent).map(Operand::Constant);
+        let formula = Expression::parse(text).and_then(|expression| expression.compile(constant));
+        let value = formula.map(|formula| formula.evaluate(&[]));
+        match value {
+            Ok(value) if value.is_finite() => Ok(Some(value)),
+            Ok(value) => Err(self.problem(field, format!("expected a finite bound, {text:?} is {value}"))),
+            Err(error) => {
+                let limit = if text.contains("UM") && self.assembly.scenario.context.input_limit.is_none() {
+                    "; this scenario sets no limit vehicle.UM"
+                } else {
+                    ""
+                };
+                Err(self.problem(field, format!("{} in {text:?}{limit}", error.message)))
+            }
+        }
+    }
+
+    fn problem(&self, field: &str, message: impl Into<String>) -> Problem {
+        let place = self.node.at(field).unwrap_or(self.node);
+        let path = if field.is_empty() { self.path.clone() } else { format!("{}.{field}", self.path) };
+        Problem::new(Some(place.origin.clone()), path, message)
+    }
+}

@@ -1,0 +1,127 @@
+//! Evaluating assertions step by step.
+
+use formation::wiring::Assembly;
+use lockstep::ChannelId;
+
+use super::finding::{Finding, Findings, Moment, Violation};
+use super::{Across, Assertion, Subject};
+use crate::log::Log;
+
+/// Evaluates the assertions of a run, one step after the other.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    assertions: Vec<Assertion>,
+    findings: Vec<Finding>,
+    /// Whether each subject of each assertion was violated at the last step.
+    violated: Vec<Vec<bool>>,
+    dt: f64,
+    stop: bool,
+    slots: Vec<f64>,
+}
+
+impl Watch {
+    /// At the start of a run with steps of `dt` seconds.
+    pub fn new(assertions: Vec<Assertion>, dt: f64) -> Self {
+        let findings = assertions.iter().map(Finding::new).collect();
+        let violated = assertions.iter().map(|assertion| vec![false; assertion.subjects.len()]).collect();
+        let longest =
+            assertions.iter().flat_map(|assertion| &assertion.subjects).map(|subject| subject.slots.len()).max();
+        Self { assertions, findings, violated, dt, stop: false, slots: vec![0.0; longest.unwrap_or(0)] }
+    }
+
+    /// How many assertions there are.
+    pub fn len(&self) -> usize {
+        self.assertions.len()
+    }
+
+    /// Whether there is nothing to evaluate.
+    pub fn is_empty(&self) -> bool {
+        self.assertions.is_empty()
+    }
+
+    /// Evaluates everything at `step`, whose samples `sample` gives; `tell` hears of every violation that begins, with the number
+    /// of its assertion, from 0.
+    pub fn step<'s>(
+        &mut self,
+        step: u64,
+        sample: &impl Fn(ChannelId) -> &'s [f64],
+        mut tell: impl FnMut(usize, &Finding, &Violation),
+    ) {
+        let time = step as f64 * self.dt;
+        let all = self.assertions.iter().zip(&mut self.findings).zip(&mut self.violated);
+        for (index, ((assertion, finding), violated)) in all.enumerate() {
+            if step < assertion.steps.0 || step > assertion.steps.1 {
+                continue;
+            }
+            let mut slots = std::mem::take(&mut self.slots);
+            let mut value_of = |subject: &Subject| {
+                for (place, slot) in slots.iter_mut().zip(&subject.slots) {
+                    *place = slot.value(time, sample);
+                }
+                subject.formula.evaluate(&slots)
+            };
+            let mut judge = |subject: &Subject, agent: u32, value: f64, was: &mut bool| {
+                let moment = Moment { step, time, agent, value };
+                let bad = finding.take(moment, subject.min, subject.max);
+                if let (Some(violation), false) = (&bad, *was) {
+                    self.stop |= assertion.stop;
+                    tell(index, finding, violation);
+                }
+                *was = bad.is_some();
+            };
+            match assertion.across {
+                Across::Each => {
+                    for (subject, was) in assertion.subjects.iter().zip(violated) {
+                        judge(subject, subject.agent, value_of(subject), was);
+                    }
+                }
+                Across::Norm => {
+                    let squares = assertion.subjects.iter().map(|subject| value_of(subject).powi(2));
+                    judge(&assertion.subjects[0], 0, squares.sum::<f64>().sqrt(), &mut violated[0]);
+                }
+                Across::Sum => {
+                    let sum = assertion.subjects.iter().map(value_of).sum();
+                    judge(&assertion.subjects[0], 0, sum, &mut violated[0]);
+                }
+            }
+            self.slots = slots;
+        }
+    }
+
+    /// Whether an assertion that ends the run was violated.
+    pub fn stops(&self) -> bool {
+        self.stop
+    }
+
+    /// What was found up to now.
+    pub fn findings(&self) -> Findings {
+        Findings(self.findings.clone())
+    }
+
+    /// Evaluates the assertions of a recorded run, whose scenario is `assembly`, from its log.
+    ///
+    /// # Errors
+    /// What is wrong with the assertions; they have been checked before the run.
+    pub fn replay(assembly: &Assembly, log: &Log) -> Result<Findings, Vec<formation::config::Problem>> {
+        let mut watch = Self::new(super::read(assembly)?, assembly.scenario.context.timing.dt);
+        if watch.is_empty() {
+            return Ok(watch.findings());
+        }
+        let channels: Vec<_> = assembly
+            .network
+            .channels
+            .iter()
+            .map(|channel| log.samples(&channel.topic).filter(|samples| samples.width() == channel.layout.words()))
+            .collect();
+        if let Some(missing) = channels.iter().position(Option::is_none) {
+            let topic = &assembly.network.channels[missing].topic;
+            let message = format!("the log has no topic {topic} as the scenario describes it");
+            return Err(vec![assembly.scenario.problem("assert", message)]);
+        }
+        for (row, step) in log.steps().enumerate() {
+            let sample = |channel: ChannelId| channels[channel.0].map_or(&[][..], |samples| samples.row(row));
+            watch.step(step, &sample, |_, _, _| {});
+        }
+        Ok(watch.findings())
+    }
+}

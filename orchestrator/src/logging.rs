@@ -1,0 +1,135 @@
+//! What the program says about itself while it works: one stream on stderr, and a file for every process if asked for.
+//!
+//! Participants inherit the filter and print to the pipe that the orchestrator reads; it passes their lines on with their
+//! names. Nothing is said in the hot path of a step.
+
+use std::fs::{DirBuilder, File, OpenOptions};
+use std::io::{self, IsTerminal, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::Path;
+use std::sync::OnceLock;
+
+use tracing_subscriber::filter::EnvFilter;
+use tracing_subscriber::fmt::{MakeWriter, layer};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::registry;
+use tracing_subscriber::util::SubscriberInitExt;
+
+use crate::failure::Failure;
+
+/// Environment variable with the filter, which participants inherit.
+pub const FILTER: &str = "PHALANX_LOG";
+/// The orchestrator's own file in the folder of `--log-dir`.
+const OWN_FILE: &str = "phalanx.log";
+
+/// What was chosen, for the processes that are started.
+static CHOSEN: OnceLock<String> = OnceLock::new();
+
+/// What the command line says about messages.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Choice<'a> {
+    /// How often `-v` was given.
+    pub verbose: u8,
+    /// How often `-q` was given.
+    pub quiet: u8,
+    /// A filter by level and module.
+    pub filter: Option<&'a str>,
+    /// Folder of a file per process.
+    pub directory: Option<&'a Path>,
+}
+
+impl Choice<'_> {
+    /// The filter: of the command line, of the environment, or what the number of `-v` and `-q` stands for.
+    fn filter(&self) -> String {
+        let environment = || std::env::var(FILTER).ok().filter(|filter| !filter.is_empty());
+        let level = match (self.quiet, self.verbose) {
+            (2.., _) => "error",
+            (_, 0) => "warn",
+            (_, 1) => "info",
+            (_, 2) => "debug",
+            _ => "trace",
+        };
+        let explicit = self.filter.map(String::from);
+        let environment = || if self.verbose + self.quiet == 0 { environment() } else { None };
+        explicit.or_else(environment).unwrap_or_else(|| level.into())
+    }
+}
+
+/// Starts the stream of the program.
+///
+/// # Errors
+/// [`Failure::Usage`] for a filter that is none, [`Failure::System`] if the folder cannot be written.
+pub fn start(choice: &Choice) -> Result<(), Failure> {
+    let text = choice.filter();
+    let filter = EnvFilter::try_new(&text).map_err(|error| {
+        Failure::Usage(format!(
+            "--log-filter {text}: {error}; expected LEVEL or MODULE=LEVEL, such as orchestrator=debug"
+        ))
+    })?;
+    let colour = coloured();
+    let stderr = layer().without_time().with_ansi(colour).with_target(false).with_writer(Named { colour });
+    let file = choice.directory.map(own_file).transpose()?;
+    let file = file.map(|file| layer().with_ansi(false).with_writer(std::sync::Mutex::new(file)));
+    // A program that embeds this one may have set its own stream already; then that is the one.
+    let _ = registry().with(filter).with(stderr).with(file).try_init();
+    let _ = CHOSEN.set(text);
+    Ok(())
+}
+
+/// Starts the stream of a participant, whose lines the orchestrator gathers.
+pub(crate) fn start_participant() {
+    let filter = EnvFilter::try_from_env(FILTER).unwrap_or_else(|_| EnvFilter::new("warn"));
+    let stderr = layer().without_time().with_ansi(false).with_target(false).with_writer(io::stderr);
+    // As above.
+    let _ = registry().with(filter).with(stderr).try_init();
+}
+
+/// The filter that processes of a run inherit.
+pub(crate) fn chosen() -> &'static str {
+    CHOSEN.get().map_or("warn", String::as_str)
+}
+
+/// Whether lines have colours: on a terminal, unless NO_COLOR asks for none.
+fn coloured() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+fn own_file(directory: &Path) -> Result<File, Failure> {
+    let failed = || Failure::system(format!("write into the folder {}", directory.display()));
+    DirBuilder::new().recursive(true).mode(0o700).create(directory).map_err(failed())?;
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(true).mode(0o600);
+    options.open(directory.join(OWN_FILE)).map_err(failed())
+}
+
+/// Stderr with the name of the orchestrator in front of every message, as participants have theirs.
+struct Named {
+    colour: bool,
+}
+
+impl<'a> MakeWriter<'a> for Named {
+    type Writer = NamedLine;
+
+    fn make_writer(&'a self) -> NamedLine {
+        NamedLine { colour: self.colour }
+    }
+}
+
+/// Writes one message, which comes in one piece.
+struct NamedLine {
+    colour: bool,
+}
+
+impl Write for NamedLine {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let name = if self.colour { "\u{1b}[1m[phalanx]\u{1b}[0m" } else { "[phalanx]" };
+        let mut stderr = io::stderr().lock();
+        write!(stderr, "{name} ")?;
+        stderr.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
