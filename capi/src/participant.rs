@@ -46,7 +46,7 @@ pub(super) struct Post {
 /// How far a participant is.
 pub(super) enum Stage {
     /// Signals can be bound.
-    Binding(Worker),
+    Binding(Box<Worker>),
     /// Steps can be asked for.
     Running(Box<Link>),
     /// Nothing more can be done.
@@ -87,13 +87,13 @@ impl Participant {
                 step: Step { index: 0, dt: place.dt },
                 place,
                 post: Some(post),
-                stage: Stage::Binding(worker),
+                stage: Stage::Binding(Box::new(worker)),
                 error: CString::default(),
                 exit_code: 0,
                 ..Self::nowhere("")
             },
             Err(message) => {
-                let mut participant = Self { stage: Stage::Binding(worker), ..Self::nowhere("") };
+                let mut participant = Self { stage: Stage::Binding(Box::new(worker)), ..Self::nowhere("") };
                 participant.fail(message);
                 participant
             }

@@ -3,8 +3,6 @@
 mod assertions;
 mod endurance;
 mod engine;
-mod engine;
-mod faults;
 mod faults;
 mod hardware;
 mod keys;

@@ -44,7 +44,7 @@ impl Head {
                     // Ends the walk; what the error says does not matter.
                     return Err(foreign());
                 }
-                Record::Schema { id, encoding, text, .. } if encoding == "ros2msg" => {
+                Record::Schema { id, encoding: "ros2msg", text, .. } => {
                     schemas.insert(id, layout_of(text));
                 }
                 Record::Channel { schema, topic, encoding: "cdr", .. } => {

@@ -120,7 +120,7 @@ impl Laboratory {
     /// What is wrong with the parameters: field and message.
     pub fn findings(&self) -> Vec<(&'static str, String)> {
         let nanoseconds = self.tick * 1e9;
-        if !(nanoseconds >= 1.0 && nanoseconds < 1e9 && (nanoseconds - nanoseconds.round()).abs() < 1e-3) {
+        if !((1.0..1e9).contains(&nanoseconds) && (nanoseconds - nanoseconds.round()).abs() < 1e-3) {
             return vec![("tick", format!("expected a whole number of ns, less than 1 s, found {} s", self.tick))];
         }
         let mut findings = Vec::new();
