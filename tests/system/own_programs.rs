@@ -84,7 +84,7 @@ fn the_example_in_c_gives_the_same_log_twice() {
     let folder = Folder::new();
     let program = compile(&folder, "examples/controller-c/controller.c", "hover");
     let swap = format!("controller.3={program}");
-    let first = digest(&folder, &[swap.clone()]);
+    let first = digest(&folder, std::slice::from_ref(&swap));
     assert_eq!(digest(&folder, &[swap]), first);
     assert_ne!(digest(&folder, &[]), first);
 }

@@ -104,6 +104,16 @@ pub fn sections(generator: &mut SchemaGenerator) -> BTreeMap<&'static str, Schem
             }),
         ),
         ("on_failure", on_failure()),
+        (
+            "swap",
+            json_schema!({
+                "type": "object", "additionalProperties": { "type": ["string", "object"] },
+                "description": "What plays a participant instead of ours, by participant: a command, `replay:LOG.mcap`, \
+                                `hardware:FILE`, `emulator` or `emulator:free`.",
+            }),
+        ),
+        ("ranges", ranges()),
+        ("assert", assertions()),
         ("placement", generator.subschema_for::<PlacementSection>()),
         ("metrics", text("The set of metrics that is computed at the end.")),
         (
@@ -131,5 +141,46 @@ fn on_failure() -> Schema {
         "anyOf": [policy(), table],
         "description": "What is to be done when a participant fails; by participant or role if it is a table, which may also \
                         have `others`, how many `restarts` a process is allowed, and the `deadline` of a phase, s.",
+    })
+}
+
+/// Ranges of fields.
+fn ranges() -> Schema {
+    let bound = |what: &str| json_schema!({ "type": ["number", "string"], "description": what });
+    json_schema!({
+        "type": "object",
+        "additionalProperties": {
+            "type": "object", "additionalProperties": false,
+            "properties": { "min": bound("The least value."), "max": bound("The greatest value.") },
+        },
+        "description": "Ranges of fields, by `TOPIC.FIELD` such as `command.input`; a value outside stops the run.",
+    })
+}
+
+/// Bounds of signals that are checked while a run goes on.
+fn assertions() -> Schema {
+    let number = |what: &str| json_schema!({ "type": ["number", "string"], "description": what });
+    let bound = |what: &str| json_schema!({ "type": ["number", "string", "array"], "description": what });
+    let text = |what: &str| json_schema!({ "type": "string", "description": what });
+    json_schema!({
+        "type": "array",
+        "items": {
+            "type": "object", "required": ["name"], "additionalProperties": false,
+            "properties": {
+                "name": text("What it says, in words."),
+                "signal": text("A formula of the fields of an agent."),
+                "metric": text("A named quantity of the formation instead of a signal."),
+                "min": bound("The least value that is allowed."),
+                "max": bound("The greatest value that is allowed."),
+                "from": number("From this time on, s."),
+                "to": number("Up to this time, s."),
+                "agents": { "type": "array", "items": { "type": "integer" }, "description": "Only these agents." },
+                "variants": { "type": "array", "items": { "type": "string" }, "description": "Only in these variants." },
+                "across": { "enum": ["each", "norm", "sum"], "description": "How the agents are taken together." },
+                "severity": { "enum": ["fail", "warn"], "description": "What a violation does to the run." },
+                "stop": { "type": "boolean", "description": "Whether a violation ends the run." },
+            },
+        },
+        "description": "Bounds of signals that are checked while a run goes on.",
     })
 }
