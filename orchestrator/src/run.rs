@@ -170,6 +170,12 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let mut halted = false;
     let mut failure = None;
     for step in 0..=timing.periods() {
+        if let (true, Some(recorder)) = (stop.wants_attention(), &mut recorder)
+            && let Err(error) = recorder.show()
+        {
+            failure = Some(error.into());
+            break;
+        }
         let mut waited = stop.await_turn(step);
         while let Some(request) = stop.next_swap() {
             let result = match (&mut recovery, &recorder) {

@@ -123,3 +123,29 @@ fn every_signal_that_asks_for_an_end_gets_one_in_order() {
         assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["complete"], true);
     }
 }
+
+/// A hundred steps fill a chunk; a slow run is readable up to its last step all the same, also for the stock readers.
+#[test]
+fn what_a_killed_slow_run_has_recorded_is_in_its_log() {
+    let folder = Folder::new();
+    let text = folder.run(&["validate", "uav", "--print"]).stdout();
+    folder.write("slow.toml", &text.replacen("name = \"uav\"", "name = \"slow\"", 1));
+    let mut run = folder.start(&["run", "slow.toml", "--realtime", "-q", "--out", "cut.mcap"]);
+    wait_until("the run can be told", || folder.run(&["ctl", "pause", "slow"]).code() == 0);
+    folder.run(&["ctl", "step", "57", "slow"]);
+    let done = || folder.run(&["ctl", "status", "slow", "--json"]).json()["steps"].as_u64().unwrap_or(0);
+    let (mut before, mut equal) = (0, 0);
+    wait_until("it is held again", || {
+        let now = done();
+        equal = if now == before { equal + 1 } else { 0 };
+        before = now;
+        equal == 20 && now >= 57
+    });
+    run.kill().expect("a running program");
+    run.wait().expect("an end");
+    let info = folder.run(&["info", "cut.mcap", "--json"]).json();
+    assert_eq!(info["complete"], false);
+    assert!(info["steps"].as_u64().is_some_and(|steps| steps >= before), "{info}: {before} steps were done");
+    assert_eq!(folder.run(&["recover", "cut.mcap"]).code(), 0);
+    assert_eq!(folder.run(&["info", "cut-recovered.mcap", "--json"]).json()["steps"], info["steps"]);
+}

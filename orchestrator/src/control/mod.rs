@@ -130,6 +130,11 @@ impl Stop {
         self.turn().paused
     }
 
+    /// Whether the run is to be held or changed before its next step.
+    pub(crate) fn wants_attention(&self) -> bool {
+        self.shared.attention.load(Ordering::Relaxed)
+    }
+
     /// Number of steps that are done.
     pub fn steps_done(&self) -> u64 {
         self.shared.step.load(Ordering::Relaxed)

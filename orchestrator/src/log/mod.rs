@@ -24,6 +24,7 @@ mod schema;
 mod series;
 mod sink;
 mod stream;
+mod target;
 mod walk;
 
 pub use compare::{Comparison, Difference, compare, ulps};

@@ -1,13 +1,14 @@
 //! The file of a log as it grows: bytes out, digest, size and what its summary will say on the way.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io;
 
 use mcap::records::op;
 use sha2::{Digest, Sha256};
 
 use super::chunk::{Chunk, Packed};
 use super::encode::Encode;
+use super::target::Target;
 
 /// Where a log goes.
 pub(super) struct Output<W> {
@@ -56,7 +57,7 @@ pub(super) struct Closed {
     pub(super) sha256: String,
 }
 
-impl<W: Write> Output<W> {
+impl<W: Target> Output<W> {
     /// Starts a file.
     pub(super) fn start(file: W, profile: &str, library: &str) -> io::Result<Self> {
         let mut output = Self {
@@ -154,6 +155,11 @@ impl<W: Write> Output<W> {
         });
         self.statistics.metadata += 1;
         Ok(())
+    }
+
+    /// Shows what is not written yet, encoded, behind what is.
+    pub(super) fn show(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.show(bytes)
     }
 
     /// Hands everything to the operating system.

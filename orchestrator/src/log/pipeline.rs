@@ -4,12 +4,13 @@
 //! turn to write. So the bytes of the file depend neither on the number of threads nor on who is quick.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::io::{self, Write};
+use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use super::chunk::{Chunk, Packer};
 use super::output::{Attachment, Output};
+use super::target::Target;
 
 /// Threads that compress and write.
 const THREADS: usize = 2;
@@ -21,6 +22,8 @@ pub(super) enum Job {
     Chunk(Chunk),
     Attachment(Attachment),
     Metadata(String, BTreeMap<String, String>),
+    /// What is to be shown until something is written.
+    Show(Vec<u8>),
 }
 
 /// The threads that write one file.
@@ -56,7 +59,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<W: Write + Send + 'static> Pipeline<W> {
+impl<W: Target + 'static> Pipeline<W> {
     /// Starts the threads, which inherit the cores of the caller.
     pub(super) fn start(output: Output<W>) -> io::Result<Self> {
         let shared = Arc::new(Shared {
@@ -158,14 +161,14 @@ impl<W> Drop for Watch<'_, W> {
     }
 }
 
-impl<W: Write> Shared<W> {
+impl<W: Target> Shared<W> {
     /// What a thread does.
     fn serve(&self, mut packer: Packer) {
         let _watch = Watch(self);
         while let Some((number, job)) = self.take() {
             let packed = match &job {
                 Job::Chunk(chunk) => packer.pack(chunk).map(Some),
-                Job::Attachment(_) | Job::Metadata(..) => Ok(None),
+                Job::Attachment(_) | Job::Metadata(..) | Job::Show(_) => Ok(None),
             };
             let not_yet = |state: &mut State| state.turn != number && self.failure.get().is_none();
             drop(self.progress.wait_while(lock(&self.state), not_yet));
@@ -177,6 +180,7 @@ impl<W: Write> Shared<W> {
                     (Job::Chunk(chunk), Some(packed)) => output.chunk(chunk, packed).and_then(|()| output.flush()),
                     (Job::Attachment(attachment), _) => output.attach(attachment),
                     (Job::Metadata(name, metadata), _) => output.metadata(name, metadata),
+                    (Job::Show(bytes), _) => output.show(bytes),
                     (Job::Chunk(_), None) => Ok(()),
                 }),
                 None => Ok(()),

@@ -3,13 +3,17 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Write};
+use std::io;
+#[cfg(test)]
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use lockstep::{ChannelId, Header, Network, Store};
 
 use super::schema::Schemas;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
+use super::target::{LogFile, Target};
 use super::{LogError, METADATA, SCENARIO};
 
 /// Steps after which a log is flushed if nobody says otherwise: more often costs time, less often costs a killed run data.
@@ -17,6 +21,8 @@ pub const DEFAULT_FLUSH_EVERY: u64 = 100;
 /// Payload after which a chunk is closed at the end of its step, bytes.
 const CHUNK_BYTES: usize = 1 << 20;
 
+/// What was recorded reaches the file after this time at the latest, as long as the run goes on.
+const SHOW_AFTER: Duration = Duration::from_millis(50);
 /// Steps that a settled log may lack: those of the open chunk.
 pub(crate) const UNSETTLED: u64 = DEFAULT_FLUSH_EVERY;
 
@@ -54,7 +60,9 @@ pub struct Recorder {
     flush_every: u64,
     extra_channels: usize,
     /// There until the file is closed.
-    sink: Option<Sink<Box<dyn Write + Send>>>,
+    sink: Option<Sink<Box<dyn Target>>>,
+    /// When the file has last held all that was recorded.
+    shown: Instant,
 }
 
 impl Recorder {
@@ -64,16 +72,20 @@ impl Recorder {
     /// [`LogError::Write`] if the file cannot be created or written, [`LogError::Layout`] if a channel's layout has no ROS 2
     /// message, [`LogError::TooManyChannels`].
     pub fn create(path: &Path, run: &RunInfo<'_>) -> Result<Self, LogError> {
-        let file = File::create(path).map_err(|error| LogError::write(path, error))?;
-        Self::on(file, path, run)
+        let file = File::create(path).and_then(LogFile::new).map_err(|error| LogError::write(path, error))?;
+        Self::to(Box::new(file), path, run)
     }
 
     /// The same on any output; `path` is only a name.
+    #[cfg(test)]
     pub(super) fn on(output: impl Write + Send + 'static, path: &Path, run: &RunInfo<'_>) -> Result<Self, LogError> {
+        Self::to(Box::new(super::target::Plain(output)), path, run)
+    }
+
+    fn to(output: Box<dyn Target>, path: &Path, run: &RunInfo<'_>) -> Result<Self, LogError> {
         let failed = |error| LogError::write(path, error);
         let refused = |refusal| refused(path, refusal);
         let library = concat!("phalanx ", env!("CARGO_PKG_VERSION"));
-        let output: Box<dyn Write + Send> = Box::new(output);
         let mut sink = Sink::new(output, "ros2", library).map_err(failed)?;
         sink.metadata(METADATA, run.metadata).map_err(refused)?;
         sink.attach(SCENARIO, "application/toml", run.scenario.as_bytes()).map_err(refused)?;
@@ -97,6 +109,7 @@ impl Recorder {
             flush_every: run.flush_every.max(1),
             extra_channels: 0,
             sink: Some(sink),
+            shown: Instant::now(),
         })
     }
 
@@ -117,6 +130,10 @@ impl Recorder {
         // rules that look at nothing but the samples: equal runs, equal bytes.
         if self.last.is_some() && (step.is_multiple_of(self.flush_every) || sink.pending() >= CHUNK_BYTES) {
             sink.flush().map_err(|refusal| refused(&self.path, refusal))?;
+            self.shown = Instant::now();
+        } else if self.shown.elapsed() >= SHOW_AFTER {
+            sink.show().map_err(|refusal| refused(&self.path, refusal))?;
+            self.shown = Instant::now();
         }
         let time = step.saturating_mul(self.period_ns);
         for index in 0..self.channels {
@@ -158,6 +175,16 @@ impl Recorder {
         let time = step.saturating_mul(self.period_ns);
         let written = sink.message(channel.0, step as u32, [time; 2], payload);
         written.map_err(|refusal| refused(&self.path, refusal))
+    }
+
+    /// Lets the file hold all that was recorded, for a run that does not go on for a while.
+    ///
+    /// # Errors
+    /// [`LogError::Write`] if writing failed since the last call.
+    pub(crate) fn show(&mut self) -> Result<(), LogError> {
+        let sink = open(&mut self.sink, &self.path)?;
+        self.shown = Instant::now();
+        sink.show().map_err(|refusal| refused(&self.path, refusal))
     }
 
     /// Waits until the file holds all steps but the last [`UNSETTLED`].
@@ -208,10 +235,7 @@ impl Drop for Recorder {
 }
 
 /// The sink, if it is there and all is well with it; what went wrong is reported at every later call, too.
-fn open<'a, W: Write + Send + 'static>(
-    sink: &'a mut Option<Sink<W>>,
-    path: &Path,
-) -> Result<&'a mut Sink<W>, LogError> {
+fn open<'a, W: Target + 'static>(sink: &'a mut Option<Sink<W>>, path: &Path) -> Result<&'a mut Sink<W>, LogError> {
     let sink = sink.as_mut().ok_or_else(|| closed(path))?;
     sink.check().map_err(|source| LogError::Write { path: path.into(), source })?;
     Ok(sink)

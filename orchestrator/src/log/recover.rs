@@ -6,6 +6,7 @@ use std::path::Path;
 use super::LogError;
 use super::record::Record;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
+use super::target::Plain;
 use super::walk::{Ending, walk};
 
 /// What [`recover`] saved.
@@ -52,7 +53,7 @@ struct Copy<'a> {
     path: &'a Path,
     out: &'a Path,
     /// There from the header on, which says what the new header says.
-    sink: Option<Sink<File>>,
+    sink: Option<Sink<Plain<File>>>,
     channels: u64,
     attachments: u64,
     metadata: u64,
@@ -66,7 +67,7 @@ impl Copy<'_> {
             }
             let file = File::create(self.out).map_err(|error| LogError::write(self.out, error))?;
             // Chunks are copied one by one, so there is nothing to flush in between.
-            let sink = Sink::new(file, profile, library);
+            let sink = Sink::new(Plain(file), profile, library);
             self.sink = Some(sink.map_err(|error| LogError::write(self.out, error))?);
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! The step thread's side of a log file: collects chunks and hands them to the threads that write.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use super::chunk::Chunk;
 use super::encode::Encode;
 use super::output::{Attachment, Closed, Definitions, Output};
 use super::pipeline::{Job, Pipeline};
+use super::target::Target;
 
 /// A finished log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,7 +69,7 @@ pub(super) struct Sink<W> {
     channels: BTreeMap<u16, ChannelRecord>,
 }
 
-impl<W: Write + Send + 'static> Sink<W> {
+impl<W: Target + 'static> Sink<W> {
     /// Starts a file on `output`.
     pub(super) fn new(output: W, profile: &str, library: &str) -> io::Result<Self> {
         let pipeline = Pipeline::start(Output::start(output, profile, library)?)?;
@@ -143,6 +144,14 @@ impl<W: Write + Send + 'static> Sink<W> {
         }
         let chunk = std::mem::replace(&mut self.chunk, self.pipeline.chunk());
         Ok(self.pipeline.send(Job::Chunk(chunk))?)
+    }
+
+    /// Shows the open chunk to whoever reads the file, until it is written.
+    pub(super) fn show(&self) -> Result<(), Refusal> {
+        if self.chunk.is_empty() {
+            return Ok(());
+        }
+        Ok(self.pipeline.send(Job::Show(self.chunk.plain()))?)
     }
 
     /// Waits until all chunks that are closed are in the file.

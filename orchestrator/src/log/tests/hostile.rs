@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use super::*;
 use crate::log::sink::{ChannelRecord, SchemaRecord, Sink};
+use crate::log::target::Plain;
 
 /// The same numbers in every run of the test.
 struct Random(u64);
@@ -158,7 +159,7 @@ fn a_missing_sample_is_named() {
     let path = scratch.file("x.mcap");
     let layout = Layout::new([Field::scalar("x", "m")]);
     let write = |samples: &[(u16, u32, u64, usize)]| {
-        let mut sink = Sink::new(fs::File::create(&path).unwrap(), "ros2", "test").unwrap();
+        let mut sink = Sink::new(Plain(fs::File::create(&path).unwrap()), "ros2", "test").unwrap();
         let (name, encoding) = (String::from("phalanx_msgs/msg/X"), String::from("ros2msg"));
         sink.schema(SchemaRecord { id: 1, name, encoding, text: layout.ros2msg().into() }).unwrap();
         for id in 0..2 {
