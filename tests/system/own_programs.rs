@@ -70,6 +70,38 @@ fn the_example_in_cpp_gives_the_same_log() {
     assert_ne!(digest_of(&folder, &slow, &[]), plain);
 }
 
+/// Writes a project with `phalanx new` and returns the path of its program text.
+fn project(folder: &Folder, role: &str, scenario: &str, language: &str, text: &str) -> PathBuf {
+    let new = folder.run(&["new", role, "mine", "--lang", language, "--scenario", scenario]);
+    assert_eq!(new.code(), 0, "{}", new.stderr());
+    folder.path("mine").join(text)
+}
+
+#[test]
+fn a_new_project_in_cpp_builds_and_conforms() {
+    let folder = Folder::new();
+    let text = project(&folder, "observer", "cida", "cpp", "main.cpp");
+    let program = compile(&folder, text.to_str().expect("a path"), "observer");
+    let tried = folder.run(&["conform", "observer.2", "--scenario", "cida", "--steps", "50", "--", &program]);
+    assert_eq!(tried.code(), 0, "{}{}", tried.stdout(), tried.stderr());
+}
+
+#[test]
+fn a_new_project_in_python_conforms() {
+    // `.ci/run` makes an environment with NumPy and says here which Python it has.
+    let Ok(python) = std::env::var("PHALANX_PYTHON") else {
+        eprintln!("skipped: PHALANX_PYTHON does not name a Python with NumPy");
+        return;
+    };
+    let folder = Folder::new();
+    let text = project(&folder, "controller", "uav", "python", "main.py");
+    let mut conform = folder.phalanx(&["conform", "controller.1", "--scenario", "uav", "--steps", "50", "--", &python]);
+    conform.arg(text).env("PYTHONPATH", root().join("python/src"));
+    conform.env("PHALANX_LIBRARY", library_folder().join("libphalanx.so"));
+    let tried = Finished(conform.output().expect("the program starts"));
+    assert_eq!(tried.code(), 0, "{}{}", tried.stdout(), tried.stderr());
+}
+
 #[test]
 fn the_example_in_rust_gives_the_same_log() {
     let folder = Folder::new();

@@ -76,8 +76,11 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     let phalanx = phalanx.display().to_string();
     let signals = Signals::of(assembly, *role).map_err(Failure::Usage)?;
     let scenario = &order.scenario;
-    let title =
-        format!("A {role} for the scenario {scenario}, in the place of {}.", signals.node.replacen('_', ".", 1));
+    let article = if role.name() == "observer" { "An" } else { "A" };
+    let title = format!(
+        "{article} {role} for the scenario {scenario}, in the place of {}.",
+        signals.node.replacen('_', ".", 1)
+    );
     let (files, build, command) = match order.language {
         Language::Rust => {
             let files = rust::files(order, &signals, &title, &phalanx);
