@@ -104,6 +104,10 @@ impl Swap {
                 swaps.push(Self { node: node.clone(), player });
             }
         }
+        if let Some((node, program)) = swaps.iter().find_map(Self::missing_program) {
+            let reason = format!("{node}: there is no program {program}; nothing was started");
+            return Err(Failure::Usage(reason));
+        }
         for log in swaps.iter().filter_map(Self::log) {
             let is_played = |node: &&str| swaps.iter().any(|swap| swap.node == **node && swap.log() == Some(log));
             let nodes = (0..names.len()).filter(|&node| is_played(&names[node])).collect::<Vec<_>>();
@@ -111,6 +115,14 @@ impl Swap {
             Tape::open(log, &assembly.scenario, &assembly.network, &nodes)?;
         }
         Ok(swaps)
+    }
+
+    /// The participant and its program, if that is named by a path where nothing is. What the search path holds is left to the
+    /// system.
+    fn missing_program(&self) -> Option<(&str, &str)> {
+        let Player::Program(words) = &self.player else { return None };
+        let program = words.first().filter(|program| program.contains('/') && !Path::new(program).exists())?;
+        Some((&self.node, program))
     }
 
     /// The log that it is played from, if it is.

@@ -91,9 +91,12 @@ fn a_swapped_participant_gives_the_same_log() {
     let swapped = folder.run(&[&short[..], &["--out", "a.mcap", "--swap", &own]].concat()).json();
     let plain = folder.run(&[&short[..], &["--out", "b.mcap"]].concat()).json();
     assert_eq!(swapped["sha256"], plain["sha256"]);
-    let missing = folder.run(&[&short[..], &["--swap", "controller.3=./no_such_program"]].concat());
-    assert_eq!(missing.code(), 3);
-    assert!(missing.stderr().contains("no_such_program"), "{}", missing.stderr());
+    let log = std::fs::read(folder.path("b.mcap")).expect("the log");
+    let lost = ["--out", "b.mcap", "--swap", "controller.3=./no_such_program"];
+    let missing = folder.run(&[&short[..], &lost].concat());
+    assert_eq!(missing.code(), 2);
+    assert!(missing.stderr().contains("controller_3: there is no program ./no_such_program"), "{}", missing.stderr());
+    assert!(std::fs::read(folder.path("b.mcap")).expect("the log") == log, "a typing mistake costs no log");
 }
 
 /// The links among the chosen agents are what is left of the graph, strongly connected or not.
