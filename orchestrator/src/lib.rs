@@ -30,6 +30,7 @@ pub mod scene;
 pub mod schema;
 pub mod stress;
 pub mod swap;
+mod terminal;
 pub mod thesis;
 pub mod urgency;
 pub mod verdict;

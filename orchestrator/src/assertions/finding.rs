@@ -196,8 +196,23 @@ impl Findings {
         (!failed.is_empty()).then(|| format!("{count} violated\n    {}", failed.join("\n    ")))
     }
 
-    /// A table for a terminal; empty if there are no assertions.
-    pub fn table(&self) -> String {
+    /// A table for a terminal of so many columns, or for as many as it takes; empty if there are no assertions.
+    pub fn table(&self, columns: Option<usize>) -> String {
+        let wide = self.wide_table();
+        let width = wide.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+        if columns.is_none_or(|columns| width <= columns) {
+            return wide;
+        }
+        // What does not fit into a line takes two.
+        let lines = |f: &Finding| {
+            let worst = f.worst();
+            let worst = if worst.is_empty() { worst } else { format!(", worst {worst}") };
+            format!("{}\n    {}: {}{worst}\n", f.name, f.word(), f.bound())
+        };
+        format!("assertions\n{}\n{}", "-".repeat(10), self.0.iter().map(lines).collect::<String>())
+    }
+
+    fn wide_table(&self) -> String {
         if self.0.is_empty() {
             return String::new();
         }

@@ -107,7 +107,10 @@ fn a_violation_says_who_when_and_by_how_much() {
     let failure = findings.failure().expect("a failure");
     assert!(failure.contains("apart: agent 1 at t = 0.02 s: gap = -0.0"), "{failure}");
     assert!(failure.contains("< 0"), "{failure}");
-    let table = findings.table();
+    let narrow = findings.table(Some(30));
+    assert!(narrow.contains("\n    VIOLATED: >= 0, worst ") && !narrow.contains("  VIOLATED\n"), "{narrow}");
+    assert_eq!(findings.table(Some(500)), findings.table(None));
+    let table = findings.table(None);
     assert!(table.contains("VIOLATED") && table.contains(">= 0") && table.contains("agent 1 at 0.02 s"), "{table}");
 }
 
@@ -117,7 +120,7 @@ fn a_warning_fails_nothing_and_a_stop_stops() {
     let far = [2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let (watch, told) = evaluate(assertion, &[far]);
     assert!(watch.findings().ok() && !watch.stops() && told.len() == 1);
-    assert!(watch.findings().table().contains("violated (warning)"));
+    assert!(watch.findings().table(None).contains("violated (warning)"));
     let (watch, _) = evaluate(&format!("{assertion}\nstop = true"), &[[0.0; 6]]);
     assert!(!watch.stops());
     let (watch, _) = evaluate(&format!("{assertion}\nstop = true"), &[far]);
@@ -136,7 +139,7 @@ fn what_is_no_number_violates() {
 #[test]
 fn a_window_behind_the_end_is_not_reached() {
     let (watch, _) = evaluate("[[assert]]\nname = \"a\"\nmetric = \"tracking\"\nmax = 1\nfrom = 1000", &[APART]);
-    assert!(watch.findings().ok() && watch.findings().table().contains("not reached"));
+    assert!(watch.findings().ok() && watch.findings().table(None).contains("not reached"));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use crate::assertions::{Findings, Watch};
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::terminal::columns;
 use crate::verdict::Verdict;
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
@@ -48,7 +49,7 @@ pub(super) fn show_findings(findings: &Findings) {
     if findings.0.is_empty() {
         return;
     }
-    println!("\n{}", findings.table());
+    println!("\n{}", findings.table(columns()));
     let failed = findings.0.iter().filter(|finding| finding.fails()).count();
     let warned = findings.0.iter().filter(|finding| !finding.ok()).count() - failed;
     let text = match (findings.0.len(), failed, warned) {

@@ -19,6 +19,7 @@ use crate::profile;
 use crate::robots;
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::swap::{RobotSwap, Swap, keep_apart};
+use crate::terminal::{columns, wrapped};
 use crate::urgency::Urgency;
 use crate::verdict::Verdict;
 
@@ -181,39 +182,40 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
         println!("{}", summary_line(verdict, &assembly.scenario.overrides));
     }
     show_findings(&outcome.findings);
-    println!(
+    let say = |text: String| println!("{}", wrapped(&text, columns()));
+    say(format!(
         "{} steps in {:.2} s: {:.0} steps/s, {:.1} x real time, {} processes",
         outcome.steps,
         outcome.wall,
         outcome.steps_per_second(),
         outcome.simulated / outcome.wall.max(1e-9),
         outcome.processes
-    );
+    ));
     if let Some(cores) = &outcome.cores {
-        println!("cores: {cores}");
+        say(format!("cores: {cores}"));
     }
     if let Some(pacing) = &outcome.pacing {
-        println!(
+        say(format!(
             "pace: {} of {} steps were late because the step before was not done; starts were late by {:.3} ms at most, \
              99.9 % of them by less than {:.3} ms",
             pacing.overruns,
             pacing.steps,
             pacing.worst * 1e3,
             pacing.most * 1e3
-        );
+        ));
     }
     if let Some(log) = &outcome.log {
         let path = log.path.display();
-        println!(
+        say(format!(
             "log: {path} ({:.1} MB, {} messages, sha256 {})",
             log.bytes as f64 / 1e6,
             log.messages,
             &log.sha256[..16]
-        );
-        println!(
-            "\nNext: `phalanx report {path}` shows it in a browser, `phalanx check {path}` computes this table again,"
-        );
-        println!("and Foxglove, Lichtblick, Rerun or PlotJuggler open the file as it is.");
+        ));
+        // Commands are not broken, so that one can copy them.
+        println!("\nNext:\n  phalanx report {path}    # shows it in a browser");
+        println!("  phalanx check {path}     # computes this table again");
+        say("Foxglove, Lichtblick, Rerun and PlotJuggler open the file as it is.".into());
     }
 }
 
