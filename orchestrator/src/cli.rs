@@ -79,7 +79,7 @@ enum Command {
     Watch(WatchArgs),
     /// Write a report that shows runs in a browser, or figures for a paper
     Report(ReportArgs),
-    /// Write the signals of a log as CSV, NumPy or MATLAB files
+    /// Write the signals of a log as CSV, Parquet, NumPy or MATLAB files
     Export(ExportArgs),
     /// Write a layout for Foxglove, Lichtblick, PlotJuggler or Rerun
     Layout(LayoutArgs),

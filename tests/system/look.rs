@@ -89,7 +89,8 @@ fn every_scenario_has_a_report_and_figures() {
         assert_eq!((found[0], found[1]), ("tracking-errors", "distances"), "{name}");
         assert!(found.contains(&"inputs"), "{name}: {found:?}");
         assert_eq!(found.contains(&"obstacles"), name == "rca", "{name}: {found:?}");
-        assert_eq!(found.contains(&"flags"), name == "rca", "{name}: {found:?}");
+        let flagged = ["rca", "compensated-experiment"].contains(&name);
+        assert_eq!(found.contains(&"flags"), flagged, "{name}: {found:?}");
         assert_eq!(found.contains(&"links"), name == "limited-information", "{name}: {found:?}");
         let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures"]).stdout();
         assert!(written.contains("-tracking-errors.svg") && written.contains("-trajectories.svg"), "{written}");
@@ -139,7 +140,9 @@ fn figures_are_vectors_or_pixels() {
     let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures"]).stdout();
     for line in written.lines() {
         let svg = std::fs::read_to_string(folder.path(line)).expect("a figure");
-        assert!(svg.starts_with("<svg") && svg.contains("stroke-dasharray") && !svg.contains("NaN"), "{line}");
+        assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{line}");
+        // Flags are one black line for each agent.
+        assert!(svg.contains("stroke-dasharray") || line.contains("flags"), "{line}");
     }
     assert!(written.contains("figures/ch3-tracking-errors.svg"), "{written}");
     let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures", "--format", "png"]).stdout();
@@ -180,7 +183,7 @@ fn numpy_and_matlab_files_are_read_by_their_readers() {
         return;
     };
     let folder = short_run("mixed");
-    for format in ["npz", "mat", "csv"] {
+    for format in ["npz", "mat", "csv", "parquet"] {
         succeeds(&folder, &["export", "run.mcap", "--format", format, "--every", "10"]);
     }
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/python/read_export.py");
@@ -188,6 +191,47 @@ fn numpy_and_matlab_files_are_read_by_their_readers() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.starts_with("mixed HFC 21 samples"), "{text}");
+}
+
+#[test]
+fn figures_of_the_thesis_go_by_their_numbers() {
+    let folder = short_run("uav");
+    let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures", "--format", "pdf"]);
+    let names: Vec<String> = written.stdout().lines().map(String::from).collect();
+    let (first, last) = ("figures/fig-7-03-high-level-tracking-errors.pdf", "figures/fig-7-11-angles.pdf");
+    assert!(names.iter().any(|name| name == first) && names.iter().any(|name| name == last), "{names:?}");
+    assert!(!names.iter().any(|name| name.contains("fig-7-07")), "that one is about TOC: {names:?}");
+    let bytes = std::fs::read(folder.path(first)).expect("the figure");
+    assert!(bytes.starts_with(b"%PDF-1.") && bytes.trim_ascii_end().ends_with(b"%%EOF"));
+    // The same log gives the same figure.
+    succeeds(&folder, &["report", "run.mcap", "--figures", "again", "--format", "pdf"]);
+    assert_eq!(std::fs::read(folder.path(&first.replace("figures", "again"))).expect("the figure"), bytes);
+    let Some(python) = std::env::var_os("PHALANX_PYTHON") else { return };
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/python/read_figure.py");
+    let output = Command::new(&python).arg(script).arg(folder.path(first)).output().expect("Python runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.starts_with("3.50 x ") && text.contains("agent 6") && text.contains("time [s]"), "{text}");
+}
+
+#[test]
+fn figures_that_compare_want_all_their_runs() {
+    let folder = Folder::new();
+    let run = |variant: &str| {
+        let out = format!("{variant}.mcap");
+        let arguments =
+            ["run", "rca", "--variant", variant, "--duration", "1", "--set", "metrics=", "--placement", "single"];
+        succeeds(&folder, &[&arguments[..], &["-q", "--out", &out]].concat());
+    };
+    run("SMC");
+    let alone = succeeds(&folder, &["report", "SMC.mcap", "--figures", "figures"]);
+    assert!(alone.stderr().contains("figure 3.7 needs also `phalanx run rca --variant RCABSMC`"), "{}", alone.stderr());
+    run("RCABSMC");
+    let both = succeeds(&folder, &["report", "SMC.mcap", "RCABSMC.mcap", "--figures", "figures"]);
+    assert!(both.stdout().contains("figures/fig-3-07-absolute-tracking-errors.svg"), "{}", both.stdout());
+    let svg =
+        std::fs::read_to_string(folder.path("figures/fig-3-07-absolute-tracking-errors.svg")).expect("the figure");
+    assert!(svg.contains("width=\"3.500in\"") && svg.contains(">RCABSMC<") && svg.contains(">agent 5<"));
 }
 
 #[test]

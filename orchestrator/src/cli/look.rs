@@ -7,13 +7,20 @@ use clap::{Args, ValueEnum};
 /// How a figure is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FigureFormat {
-    /// Vectors; `rsvg-convert -f pdf` makes a PDF for LaTeX of it
+    /// Vectors, for browsers and office programs
     Svg,
     /// Pixels, 300 an inch in one column
     Png,
+    /// Vectors for LaTeX, with the letters of their font inside
+    Pdf,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx report runs/uav-TSC.mcap
+  phalanx report runs/uav-TSC.mcap runs/uav-TOC.mcap --out both.html
+  phalanx report runs/uav-*.mcap --figures figures --format pdf")]
 pub(crate) struct ReportArgs {
     /// Logs that `phalanx run` recorded; several are compared
     #[arg(required = true)]
@@ -21,7 +28,8 @@ pub(crate) struct ReportArgs {
     /// Where the report goes [default: <LOG>.html beside the log, or comparison.html]
     #[arg(long, value_name = "FILE.html", conflicts_with = "figures")]
     pub(crate) out: Option<PathBuf>,
-    /// Write figures for a paper into this folder instead of a report
+    /// Write figures for a paper into this folder instead of a report: those of the thesis by their numbers, and all plots of each
+    /// run
     #[arg(long, value_name = "FOLDER")]
     pub(crate) figures: Option<PathBuf>,
     /// How the figures are stored
@@ -34,6 +42,8 @@ pub(crate) struct ReportArgs {
 pub(crate) enum ExportFormat {
     /// A folder with one table per topic: t, step, then a column per number
     Csv,
+    /// A folder with one file per topic and the same columns: pandas.read_parquet(FILE); also for DuckDB, Polars, Spark
+    Parquet,
     /// For NumPy: np.load(FILE)["agent_1_state_position"] has a row per step
     Npz,
     /// For MATLAB and Octave: load FILE, then agent_1_state_position has a row per step
@@ -53,7 +63,7 @@ pub(crate) struct ExportArgs {
     /// Only every K-th step
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) every: u64,
-    /// Where they go [default: beside the log: the folder <LOG>-csv, or <LOG>.npz, <LOG>.mat]
+    /// Where they go [default: beside the log: the folder <LOG>-csv or <LOG>-parquet, or <LOG>.npz, <LOG>.mat]
     #[arg(long, value_name = "FOLDER|FILE")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::{ExportArgs, ExportFormat};
-use crate::export::{Table, write_csv, write_mat, write_npz};
+use crate::export::{Table, write_csv, write_mat, write_npz, write_parquet};
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel};
 use crate::view::topics;
@@ -15,12 +15,9 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.log, args.format));
     let failed = |path: &Path| Failure::system(format!("write {}", path.display()));
     match args.format {
-        ExportFormat::Csv => {
-            std::fs::create_dir_all(&out).map_err(Failure::system(format!("create the folder {}", out.display())))?;
-            for table in &tables {
-                let path = out.join(format!("{}.csv", table.name));
-                write_csv(&path, &log, table, every).map_err(failed(&path))?;
-            }
+        ExportFormat::Csv => each(&tables, &out, "csv", |path, table| write_csv(path, &log, table, every))?,
+        ExportFormat::Parquet => {
+            each(&tables, &out, "parquet", |path, table| write_parquet(path, &log, table, every))?;
         }
         ExportFormat::Npz => write_npz(&out, &log, &tables, every).map_err(failed(&out))?,
         ExportFormat::Mat => write_mat(&out, &log, &tables, every).map_err(failed(&out))?,
@@ -28,6 +25,20 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let rows = log.times().len().div_ceil(every);
     println!("{}: {} topics, {rows} samples each.", out.display(), tables.len());
     Ok(())
+}
+
+/// A file for each table, in the folder `out`.
+fn each(
+    tables: &[Table],
+    out: &Path,
+    ending: &str,
+    write: impl Fn(&Path, &Table) -> std::io::Result<()>,
+) -> Result<(), Failure> {
+    std::fs::create_dir_all(out).map_err(Failure::system(format!("create the folder {}", out.display())))?;
+    tables.iter().try_for_each(|table| {
+        let path = out.join(format!("{}.{ending}", table.name));
+        write(&path, table).map_err(Failure::system(format!("write {}", path.display())))
+    })
 }
 
 /// The topics that any of the patterns means, all if there is no pattern; in the order of the log.
@@ -42,10 +53,12 @@ fn wanted<'a>(log: &'a Log, patterns: &[String]) -> Result<Vec<Table<'a>>, Failu
 }
 
 fn default_out(log: &Path, format: ExportFormat) -> PathBuf {
+    let folder = |format: &str| {
+        log.with_file_name(format!("{}-{format}", log.file_stem().unwrap_or_default().to_string_lossy()))
+    };
     match format {
-        ExportFormat::Csv => {
-            log.with_file_name(format!("{}-csv", log.file_stem().unwrap_or_default().to_string_lossy()))
-        }
+        ExportFormat::Csv => folder("csv"),
+        ExportFormat::Parquet => folder("parquet"),
         ExportFormat::Npz => log.with_extension("npz"),
         ExportFormat::Mat => log.with_extension("mat"),
     }

@@ -7,7 +7,7 @@ use super::Table;
 use crate::log::Log;
 
 /// The names of all columns: t, step, then `position[0]` and so on.
-pub(crate) fn header(table: &Table, separator: &str) -> String {
+pub(super) fn names(table: &Table) -> Vec<String> {
     let mut names = vec!["t".to_string(), "step".to_string()];
     for column in &table.columns {
         names.extend(column.components.iter().map(|component| match column.vector {
@@ -15,7 +15,12 @@ pub(crate) fn header(table: &Table, separator: &str) -> String {
             false => column.name.clone(),
         }));
     }
-    names.join(separator)
+    names
+}
+
+/// The names of all columns in a line.
+pub(crate) fn header(table: &Table, separator: &str) -> String {
+    names(table).join(separator)
 }
 
 /// One sample. Numbers have as many digits as it takes to get the very same bits back.

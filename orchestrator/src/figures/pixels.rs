@@ -37,7 +37,7 @@ pub(super) fn prepare(scene: &mut Scene) {
     scene.elements = prepared;
 }
 
-fn numbers(text: &str) -> impl Iterator<Item = f64> {
+pub(super) fn numbers(text: &str) -> impl Iterator<Item = f64> {
     text.split([' ', ',']).filter_map(|number| number.parse().ok())
 }
 

@@ -43,34 +43,48 @@ pub(super) fn second() -> LineStyle {
     LineStyle::Custom("1 2".into())
 }
 
-/// Adds a line and a name for every agent below everything else, and what dotted lines are if there are any.
-pub(super) fn add_legend(scene: &mut Scene, subject: &Subject, second: Option<&str>) {
-    const ENTRY: f64 = 74.0;
-    const LINE: f64 = 22.0;
+/// What a legend says of a line.
+pub(super) struct Entry {
+    /// Whose line it is.
+    pub(super) name: String,
+    /// Its colour.
+    pub(super) colour: &'static str,
+    /// Its dashes.
+    pub(super) dashes: LineStyle,
+}
+
+/// An entry for every agent.
+pub(super) fn agents(subject: &Subject) -> Vec<Entry> {
+    let entry =
+        |place| Entry { name: subject.agent_name(place), colour: colour(Some(place)), dashes: dashes(Some(place)) };
+    (0..subject.agents.len()).map(entry).collect()
+}
+
+/// Adds a legend below everything else.
+pub(super) fn add_legend(scene: &mut Scene, entries: &[Entry]) {
+    const LINE: f64 = 18.0;
     const ROW: f64 = 15.0;
-    let agents = (0..subject.agents.len())
-        .map(|place| (subject.agent_name(place), colour(Some(place)), dashes(Some(place)).dasharray()));
-    let second = second.map(|name| (format!("{name} (dotted)"), "#000000", self::second().dasharray()));
-    let entries: Vec<_> = agents.chain(second).collect();
-    let columns = ((scene.width - ENTRY / 2.0) / ENTRY).floor().max(1.0) as usize;
+    const GAP: f64 = 8.0;
+    // What letters take, a little rounded up.
+    let letter = |letter: char| if letter.is_uppercase() { 7.2 } else { 5.4 };
+    let longest = entries.iter().map(|entry| entry.name.chars().map(letter).sum::<f64>()).fold(0.0, f64::max);
+    let width = LINE + GAP + longest;
+    let columns = (scene.width / width).floor().max(1.0) as usize;
     for row in entries.chunks(columns) {
-        let left = (scene.width - ENTRY * row.len() as f64) / 2.0;
+        let left = (scene.width - width * row.len() as f64) / 2.0;
         let y = scene.height + ROW / 2.0 - 3.0;
-        for (column, (name, colour, dashes)) in row.iter().enumerate() {
-            let x = left + ENTRY * column as f64;
-            scene.elements.push(Primitive::Line {
-                x1: x,
-                y1: y,
-                x2: x + LINE,
-                y2: y,
-                stroke: (*colour).into(),
+        for (column, entry) in row.iter().enumerate() {
+            let x = left + width * column as f64;
+            scene.elements.push(Primitive::PolyLine {
+                points: vec![(x, y), (x + LINE, y)],
+                stroke: entry.colour.into(),
                 stroke_width: 1.3,
-                stroke_dasharray: dashes.clone(),
+                stroke_dasharray: entry.dashes.dasharray(),
             });
             scene.elements.push(Primitive::Text {
                 x: x + LINE + 4.0,
                 y: y + 3.5,
-                content: name.clone(),
+                content: entry.name.clone(),
                 size: 10,
                 anchor: TextAnchor::Start,
                 rotate: None,

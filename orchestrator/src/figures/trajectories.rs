@@ -38,7 +38,7 @@ pub(super) fn draw(subject: &Subject) -> Option<Scene> {
             .with_row_height(1, WIDTH * 0.6)
     };
     let mut scene = figure.with_spacing(4.0).with_padding(0.0).render();
-    style::add_legend(&mut scene, subject, None);
+    style::add_legend(&mut scene, &style::agents(subject));
     Some(scene)
 }
 

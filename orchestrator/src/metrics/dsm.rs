@@ -144,20 +144,40 @@ fn gain(run: &Run, name: &str) -> Result<f64, MetricError> {
     })
 }
 
-/// What the network learns is `E = dw/dt + (k + λ) w`.
-fn network(run: &Run) -> Result<Vec<Metric>, MetricError> {
-    let slope = gain(run, "k")? + gain(run, "lam")?;
-    let truth = Uncertainty::all(run)?;
-    let estimate = run.signals(Role::Controller, "network")?;
-    let weights = run.signals(Role::Controller, "weight_norm")?;
-    let of_agent = |agent: usize, k: usize| {
-        let Uncertainty { value, rate } = &truth[agent];
+/// What the network learns, `E = dw/dt + (k + λ) w`, and what it says of it.
+struct Learning<'a> {
+    slope: f64,
+    truth: Vec<Uncertainty<'a>>,
+    estimate: Vec<Series<'a>>,
+}
+
+impl<'a> Learning<'a> {
+    fn of(run: &Run<'a>) -> Result<Self, MetricError> {
+        let slope = gain(run, "k")? + gain(run, "lam")?;
+        Ok(Self { slope, truth: Uncertainty::all(run)?, estimate: run.signals(Role::Controller, "network")? })
+    }
+
+    /// ‖E_i - Ê_i‖ of an agent at sample `k`.
+    fn error(&self, agent: usize, k: usize) -> f64 {
+        let Uncertainty { value, rate } = &self.truth[agent];
         let mut learned = rate[k];
         for (learned, value) in learned.iter_mut().zip(value.row(k)) {
-            *learned += slope * value;
+            *learned += self.slope * value;
         }
-        norm_between(&learned, estimate[agent].row(k))
-    };
+        norm_between(&learned, self.estimate[agent].row(k))
+    }
+}
+
+/// ‖E_i - Ê_i‖ of every agent at every sample.
+pub(super) fn network_error(run: &Run) -> Result<Vec<Vec<f64>>, MetricError> {
+    let learning = Learning::of(run)?;
+    Ok((0..run.agents()).map(|agent| run.history(|k| learning.error(agent, k))).collect())
+}
+
+fn network(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let learning = Learning::of(run)?;
+    let weights = run.signals(Role::Controller, "weight_norm")?;
+    let of_agent = |agent: usize, k: usize| learning.error(agent, k);
     let bound = |agent: usize| largest(&run.history(|k| of_agent(agent, k)), last_quarter(run));
     let bounds: Vec<f64> = (0..run.agents()).map(bound).collect();
     let mut metrics = vec![Metric::new("E_err_bound", maximum(bounds.iter().copied()))];

@@ -147,6 +147,12 @@ fn true_sliding(run: &Run, s: &Signals, i: usize, k: usize) -> f64 {
     square_sum(&[sliding(0), sliding(1), sliding(2)]).sqrt()
 }
 
+/// ‖s_i‖ of every agent at every sample, as [`true_sliding`] makes it.
+pub(super) fn sliding(run: &Run) -> Result<Vec<Vec<f64>>, MetricError> {
+    let signals = Signals::read(run)?;
+    Ok((0..run.agents()).map(|i| run.history(|k| true_sliding(run, &signals, i, k))).collect())
+}
+
 /// How close every pair came: to a collision, and relative to the inner boundary of the potentials.
 fn distances(run: &Run, s: &Signals) -> Vec<Metric> {
     let eps1 = run.scenario.section("controller.eps1").and_then(|node| node.as_f64()).unwrap_or(f64::NAN);

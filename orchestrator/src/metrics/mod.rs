@@ -19,6 +19,8 @@ pub use history::{
 };
 pub use run::{MetricError, Run};
 
+use serde::Deserialize;
+
 /// A number that was computed from a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
@@ -32,6 +34,29 @@ impl Metric {
     /// A metric by its name.
     pub fn new(id: impl Into<String>, value: f64) -> Self {
         Self { id: id.into(), value }
+    }
+}
+
+/// A quantity that no participant publishes, but that follows from what they do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Derived {
+    /// ‖E - Ê‖ of robots that are commanded by speeds: their whole uncertainty, that of the wheels' effect included.
+    UncertaintyError,
+    /// ‖E - Ê‖ of a network that learns `dw/dt + (k + λ) w`.
+    NetworkError,
+    /// ‖s‖ made of the true velocities, which the controller does not know.
+    Sliding,
+}
+
+impl Derived {
+    /// Its values: outer index the agent, inner one the sample.
+    pub(crate) fn of(self, run: &Run) -> Result<Vec<Vec<f64>>, MetricError> {
+        match self {
+            Derived::UncertaintyError => speed_formation::uncertainty_error(run),
+            Derived::NetworkError => dsm::network_error(run),
+            Derived::Sliding => limited_information::sliding(run),
+        }
     }
 }
 

@@ -23,6 +23,14 @@ pub(super) struct SpeedFormation<'a> {
     pub(super) error: Vec<Series<'a>>,
 }
 
+/// ‖E_i - Ê_i‖ of every agent at every sample, whoever estimates.
+pub(super) fn uncertainty_error(run: &Run) -> Result<Vec<Vec<f64>>, MetricError> {
+    let observed = run.offers(Role::Observer, 0, "disturbance");
+    let (role, name) = if observed { (Role::Observer, "disturbance") } else { (Role::Controller, "network") };
+    let formation = SpeedFormation::read(run, role, name)?;
+    Ok((0..run.agents()).map(|i| run.history(|k| formation.uncertainty_error(i, k))).collect())
+}
+
 impl<'a> SpeedFormation<'a> {
     /// The signals of a run whose uncertainty is estimated in `estimate`, a signal of `estimator`.
     pub(super) fn read(run: &'a Run<'a>, estimator: Role, estimate: &str) -> Result<Self, MetricError> {

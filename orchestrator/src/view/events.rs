@@ -126,7 +126,8 @@ pub(super) fn flags(subject: &Subject, grid: &Grid) -> Option<Panel> {
 
 /// Whether a signal of this name is one that is on or off.
 pub(super) fn is_flag(name: &str) -> bool {
-    name.split('_').any(|word| matches!(word, "flag" | "flags" | "active" | "saturated" | "triggered" | "feasible"))
+    name.split('_')
+        .any(|word| matches!(word, "flag" | "flags" | "active" | "saturated" | "triggered" | "feasible" | "connected"))
 }
 
 #[cfg(test)]
