@@ -17,9 +17,10 @@ class Plot {
     this.frame = element("div", { class: "frame" }, this.base, this.top);
     this.readings = element("div", { class: "readings" });
     this.scaleButton = element("button", { type: "button", class: "quiet", onclick: () => this.toggleScale() });
+    this.rangeButton = element("button", { type: "button", class: "quiet", hidden: true, onclick: () => this.toggleRange() });
     this.heading = element("h2", {}, first.title);
     this.card = element("section", { class: "card plot", id: `plot-${id}` },
-      element("header", {}, this.heading, element("span", { class: "space" }), this.chooser(), this.scaleButton),
+      element("header", {}, this.heading, element("span", { class: "space" }), this.chooser(), this.scaleButton, this.rangeButton),
       this.frame, this.readings);
     this.choose(this.names[0]);
     this.listen();
@@ -43,6 +44,7 @@ class Plot {
     this.views = this.panels.map((panel) => panel?.views.find((view) => view.name === name));
     const view = this.views.find(Boolean);
     this.logarithmic = view.logarithmic;
+    this.whole = false;
     this.magnitude = view.logarithmic || view.axis === "norm";
     this.axis = `${view.axis}${view.unit ? ` [${view.unit}]` : ""}`;
     this.tabs?.forEach((tab) => tab.setAttribute("aria-pressed", tab.textContent === name));
@@ -57,6 +59,11 @@ class Plot {
   toggleScale() {
     this.logarithmic = !this.logarithmic;
     this.labelScale();
+    this.draw();
+  }
+
+  toggleRange() {
+    this.whole = !this.whole;
     this.draw();
   }
 
@@ -153,11 +160,25 @@ class Plot {
       if (high / low < 3) [low, high] = [low / 2, high * 2];
       return [low / 1.15, high * 1.3];
     }
+    [low, high] = this.withoutPeaks(values, low, high, limits);
     for (const [, value] of limits)
       if (value >= low - (high - low) && value <= high + (high - low)) [low, high] = [Math.min(low, value), Math.max(high, value)];
     if (this.magnitude) low = Math.min(low, 0);
     const room = (high - low || Math.abs(high) || 1) * 0.05;
     return [low === 0 ? 0 : low - room, high + room];
+  }
+
+  /** A peak that is short and high must not flatten everything else; a button shows it. */
+  withoutPeaks(values, low, high, limits) {
+    const at = (share) => values[Math.round(share * (values.length - 1))];
+    const [usualLow, usualHigh] = [at(0.015), at(0.985)];
+    const usual = usualHigh - usualLow;
+    const peaks = !limits.length && usual > 0 && high - low > 3 * usual;
+    this.rangeButton.hidden = !peaks;
+    this.rangeButton.textContent = this.whole ? "cut peaks" : "show peaks";
+    this.rangeButton.title = `All values: ${short(low)} … ${short(high)}`;
+    this.cut = peaks && !this.whole ? [low, high] : null;
+    return this.cut ? [Math.max(low, usualLow - usual / 3), Math.min(high, usualHigh + usual / 3)] : [low, high];
   }
 
   draw() {
@@ -170,6 +191,7 @@ class Plot {
     context.font = FONT;
     if (this.kind === "bands") this.drawBands(context);
     else this.drawLines(context);
+    if (printing) this.drawCursor(context);
     this.drawTop(true);
   }
 
@@ -196,6 +218,8 @@ class Plot {
   }
 
   drawLines(context) {
+    this.cut = null;
+    this.rangeButton.hidden = true;
     this.range = this.findRange();
     this.drawTimeAxis(context);
     this.drawValueAxis(context);
@@ -204,9 +228,12 @@ class Plot {
     context.rect(MARGIN.left, MARGIN.top - 2, this.width - MARGIN.left - MARGIN.right, this.height - MARGIN.top - MARGIN.bottom + 4);
     context.clip();
     const ordered = this.curves.filter((curve) => this.shown(curve)).sort((a, b) => this.weight(a) - this.weight(b));
-    for (const curve of ordered) this.drawCurve(context, curve);
+    const bold = this.largest();
+    for (const curve of ordered) this.drawCurve(context, curve, bold.length > 0);
+    for (const curve of bold) this.drawCurve(context, curve);
     context.restore();
     this.drawLimits(context);
+    this.drawCut(context);
   }
 
   drawValueAxis(context) {
@@ -241,14 +268,38 @@ class Plot {
     context.restore();
   }
 
-  drawCurve(context, curve) {
+  /** Where runs are compared by norms: the largest of all agents, one curve per run. */
+  largest() {
+    if (!comparing || !this.magnitude || (state.pointed ?? state.solo) !== null) return [];
+    return runs.flatMap((run, index) => {
+      const own = this.curves.filter((curve) => curve.run === index && this.shown(curve) && !curve.second && curve.agent !== null);
+      if (own.length < 2) return [];
+      const values = own[0].values.map((_, k) => own.reduce((most, curve) => Math.max(most, curve.values[k]), -Infinity));
+      return [{ run: index, agent: null, values, bold: true }];
+    });
+  }
+
+  /** Says how far the curves go beyond what is shown. */
+  drawCut(context) {
+    if (!this.cut) return;
+    const [low, high] = this.cut;
+    const right = this.width - MARGIN.right - 4;
+    context.fillStyle = colours.soft;
+    context.textAlign = "right";
+    context.textBaseline = "top";
+    if (high > this.range[1]) context.fillText(`▲ up to ${short(high)}`, right, MARGIN.top);
+    context.textBaseline = "bottom";
+    if (low < this.range[0]) context.fillText(`▼ down to ${short(low)}`, right, this.height - MARGIN.bottom - 2);
+  }
+
+  drawCurve(context, curve, behind = false) {
     const times = runs[curve.run].time;
     const [first, last] = this.window(curve.run);
     const strong = this.weight(curve);
     const alone = (state.pointed ?? state.solo) === curve.agent;
     context.strokeStyle = this.colour(curve);
-    context.globalAlpha = comparing && !alone && curve.agent !== null ? strong * 0.55 : strong;
-    context.lineWidth = alone ? 2 : 1.4;
+    context.globalAlpha = comparing && !alone && curve.agent !== null ? strong * (behind ? 0.22 : 0.55) : strong;
+    context.lineWidth = alone || curve.bold ? 2 : behind ? 1 : 1.4;
     context.lineJoin = "round";
     context.setLineDash(curve.second ? [5, 3] : comparing ? runDash(curve.run) : agentDash(curve.agent ?? 0));
     context.beginPath();
@@ -329,6 +380,7 @@ class Plot {
     });
     const second = this.curves.find((curve) => curve.second);
     const key = second ? [element("em", {}, `solid: ${this.curves[0].label}, dashed: ${second.label}`)] : [];
+    if (comparing && this.magnitude && this.kind === "lines") key.unshift(element("em", {}, "bold: the largest of all agents"));
     const listed = this.kind === "bands" || this.entries.length > 12 ? [] : this.entries.map((entry) => entry.node);
     this.readings.replaceChildren(...listed, ...key);
   }
@@ -351,23 +403,30 @@ class Plot {
     const { context } = fitCanvas(this.top);
     context.font = FONT;
     const bottom = this.height - MARGIN.bottom;
-    const inside = (time) => time >= (state.span?.[0] ?? 0) && time <= (state.span?.[1] ?? lastTime) + 1e-9;
     if (this.drag && Math.abs(this.drag.to - this.drag.from) > 6) {
       context.fillStyle = colours.accent;
       context.globalAlpha = 0.15;
       context.fillRect(Math.min(this.drag.from, this.drag.to), MARGIN.top, Math.abs(this.drag.to - this.drag.from), bottom - MARGIN.top);
       context.globalAlpha = 1;
     }
-    const cursor = Math.round(this.x(state.time)) + 0.5;
-    if (inside(state.time)) this.rule(context, cursor, MARGIN.top, cursor, bottom, colours.accent);
+    this.drawCursor(context);
     if (this.hover !== null) {
       context.setLineDash([2, 3]);
       this.rule(context, this.x(this.hover), MARGIN.top, this.x(this.hover), bottom, colours.soft);
       context.setLineDash([]);
     }
     const time = this.hover ?? state.time;
-    if (this.kind === "lines" && inside(time)) this.drawDots(context, time);
+    if (this.kind === "lines" && this.inside(time)) this.drawDots(context, time);
     if (now || performance.now() - this.readAt > 100) this.read(time);
+  }
+
+  inside(time) {
+    return time >= (state.span?.[0] ?? 0) && time <= (state.span?.[1] ?? lastTime) + 1e-9;
+  }
+
+  drawCursor(context) {
+    const cursor = Math.round(this.x(state.time)) + 0.5;
+    if (this.inside(state.time)) this.rule(context, cursor, MARGIN.top, cursor, this.height - MARGIN.bottom, colours.accent);
   }
 
   drawDots(context, time) {

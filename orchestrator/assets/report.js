@@ -116,6 +116,7 @@ const buildVerdict = () => {
 // Metrics -----------------------------------------------------------------------------------------------------------
 
 const bandText = ({ low, high }) => {
+  if (low !== null && low === high) return `= ${short(low)}`;
   if (low !== null && high !== null) return `${short(low)} … ${short(high)}`;
   if (low !== null) return `≥ ${short(low)}`;
   return high !== null ? `≤ ${short(high)}` : "";
@@ -149,10 +150,12 @@ const metricsOfOne = (metrics) => {
   const row = (metric) => element("tr", {},
     element("td", {}, element("code", {}, metric.id)), element("td", { class: "n" }, short(metric.value)),
     element("td", {}, bullet(metric)), element("td", { class: "n" }, bandText(metric)),
-    element("td", { class: "n" }, metric.thesis.replace("<=", "≤").replace(">=", "≥")), verdictCell(metric.ok));
-  const table = (rows) => element("table", {}, element("thead", {}, headRow(["metric"], ["measured", 1], ["in its band"], ["band", 1], ["thesis", 1], [""])), element("tbody", {}, ...rows.map(row)));
+    element("td", { class: "said" }, metric.thesis.replace("<=", "≤").replace(">=", "≥")), verdictCell(metric.ok));
+  const table = (rows) => element("table", {}, element("thead", {}, headRow(["metric"], ["measured", 1], ["in its band"], ["band", 1], ["thesis"], [""])), element("tbody", {}, ...rows.map(row)));
   const half = Math.ceil(metrics.length / 2);
-  const parts = metrics.length > 14 ? [metrics.slice(0, half), metrics.slice(half)] : [metrics];
+  // Sentences of the thesis need the whole width.
+  const narrow = metrics.every((metric) => metric.thesis.length <= 18);
+  const parts = metrics.length > 14 && narrow ? [metrics.slice(0, half), metrics.slice(half)] : [metrics];
   return element("div", { class: "columns" }, ...parts.map(table));
 };
 
@@ -327,10 +330,14 @@ new ResizeObserver(() => {
 
 window.addEventListener("beforeprint", () => {
   printing = true;
+  document.documentElement.classList.add("printing");
+  layOutScenes();
   themeBefore = document.documentElement.dataset.theme;
   setTheme("light");
 });
 window.addEventListener("afterprint", () => {
   printing = false;
+  document.documentElement.classList.remove("printing");
+  layOutScenes();
   setTheme(themeBefore);
 });

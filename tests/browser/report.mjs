@@ -99,6 +99,21 @@ const checkReport = async (file) => {
   await page.mouse.move(2, 2);
   await changes(".plot canvas", "the scale", () => page.locator(".plot button.quiet").first().click());
   await page.locator(".plot button.quiet").first().click();
+  const peaks = page.locator(".plot button:visible", { hasText: "show peaks" }).first();
+  if (await peaks.count()) {
+    const plot = await peaks.evaluate((button) => button.closest(".plot").id);
+    await peaks.scrollIntoViewIfNeeded();
+    await page.waitForTimeout(120);
+    await changes(`#${plot} canvas`, "showing peaks", () => page.locator(`#${plot} button`, { hasText: "show peaks" }).click());
+    await page.locator(`#${plot} button`, { hasText: "cut peaks" }).click();
+    await page.evaluate(() => window.scrollTo(0, 0));
+  }
+  const crossing = await page.evaluate(() => [...document.querySelectorAll(".wide table")].filter((table) => {
+    const [own, around] = [table, table.closest(".card")].map((node) => node.getBoundingClientRect());
+    const next = table.nextElementSibling?.getBoundingClientRect();
+    return own.right > around.right + 1 || (next && next.top < own.bottom && next.left < own.right - 1);
+  }).length);
+  assert.equal(crossing, 0, "tables run into each other or out of their card");
   await changes(".plot canvas", "zooming", async () => {
     await page.mouse.move(box.x + box.width * 0.3, box.y + 50);
     await page.mouse.down();
@@ -127,9 +142,24 @@ const checkReport = async (file) => {
   await page.evaluate(() => window.scrollTo(0, 0));
   await picture("dark");
   await page.locator("#theme").click();
+  await page.emulateMedia({ media: "print" });
+  await page.evaluate(() => window.dispatchEvent(new Event("beforeprint")));
+  assert.ok(!(await look(page, ".plot .frame canvas")).empty, "a printed plot is empty");
+  assert.equal(await page.locator(".plot .frame canvas:visible").count(), plots, "something covers the printed plots");
+  await page.evaluate(() => window.dispatchEvent(new Event("afterprint")));
+  await page.emulateMedia({ media: null });
   if (process.env.PICTURES) await page.pdf({ path: join(process.env.PICTURES, `${basename(file, ".html")}.pdf`), format: "A4" });
   await page.evaluate(() => document.getElementById("metrics").scrollIntoView());
   await picture("metrics");
+
+  // On a telephone nothing is wider than the screen, but for what scrolls by itself.
+  await page.setViewportSize({ width: 400, height: 800 });
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await page.waitForTimeout(150);
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth + 1), "the page is wider than a small screen");
+  const heading = await page.locator("h1").boundingBox();
+  assert.ok(heading.width > 250, `the heading is squeezed to ${heading.width} pixels`);
+  await picture("narrow");
 
   assert.deepEqual(wrong, []);
   await page.close();
