@@ -79,18 +79,18 @@ fn a_run_that_loses_plant_planner_observer_and_controller_gives_the_same_log() {
 fn random_kills_in_every_scheme_change_nothing() {
     let mut dice = Dice(7);
     for scenario in
-        ["dsm-ftdo", "dsm-cnn", "rca", "limited-information", "cida", "compensated", "lp-regulation", "mixed"]
+        ["dsm-ftdo", "dsm-cnn", "rca", "limited-information", "cida", "compensated", "lp-regulation", "mixed", "uav"]
     {
         let folder = Folder::new();
         let calm = undisturbed(&folder, scenario, "4");
         let policy = ["--on-failure", "restart", "--realtime", "2", "--set", "on_failure.restarts=20"];
         let run = start(&folder, scenario, "4", &policy);
-        for _ in 0..1 + dice.throw(10) {
+        for _ in 0..1 + dice.throw(20) {
             let living = children(run.id());
             if !living.is_empty() {
                 strike(living[dice.throw(living.len())], Signal::KILL);
             }
-            sleep(PAUSE);
+            sleep(PAUSE / 2);
         }
         let end = end(run);
         let outcome = end.json();
@@ -186,7 +186,8 @@ fn a_program_takes_over_while_the_run_goes_on() {
 fn a_program_that_cannot_take_over_is_named() {
     let folder = Folder::new();
     let scenario = renamed(&folder, "uav", "misled");
-    let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
+    // Long enough for whoever is slow; it ends with the second swap.
+    let run = start(&folder, &scenario, "120", &["--realtime", "6"]);
     let swapped = folder.run(&["ctl", "swap", "controler.3=/bin/true", "misled"]);
     assert_eq!(swapped.code(), 2);
     assert!(swapped.stderr().contains("did you mean `controller_3`"), "{}", swapped.stderr());
