@@ -1,6 +1,6 @@
 //! What becomes of a run when the orchestrator is told to end, or is killed, at a moment that a participant chooses.
 
-use crate::program::{Finished, Folder, saboteur, wait_until};
+use crate::program::{Finished, Folder, saboteur, unique, wait_until};
 
 /// Steps are numbered from 0 to this.
 const LAST: u64 = 50;
@@ -46,7 +46,7 @@ fn a_signal_ends_the_run_in_order_at_every_moment() {
     for (number, moment) in MOMENTS.iter().enumerate() {
         let signal = ["int", "term", "hup"][number % 3];
         let folder = Folder::new();
-        let name = format!("asked-{moment}");
+        let name = unique(&format!("asked-{moment}"));
         let end = struck(&folder, &name, signal, number);
         let what = format!("{signal} at {moment}: {}\n{}", end.code(), end.stderr());
         // Who is done with its last step may be so before the run is. If not, so short a run misses its bands.
@@ -66,7 +66,7 @@ fn a_signal_ends_the_run_in_order_at_every_moment() {
 fn nothing_is_left_of_a_run_whose_orchestrator_is_killed_at_any_moment() {
     for (number, moment) in MOMENTS.iter().enumerate() {
         let folder = Folder::new();
-        let name = format!("killed-{moment}");
+        let name = unique(&format!("killed-{moment}"));
         let end = struck(&folder, &name, "kill", number);
         assert_eq!(end.0.status.code(), None, "{moment}: it was killed\n{}", end.stderr());
         wait_until("all participants are gone", || !any_is_left(&name));
@@ -92,23 +92,24 @@ fn doctor_removes_what_the_dead_have_left_and_leaves_the_living_alone() {
         wait_until("it runs", || folder.run(&["ctl", "status", name]).code() == 0);
         run
     };
-    let (mut living, mut dying) = (named("living"), named("dying"));
+    let (survivor, victim) = (unique("living"), unique("dying"));
+    let (mut living, mut dying) = (named(&survivor), named(&victim));
     let temporary = std::env::temp_dir().join(format!("phalanx-conform-{}-0", dying.id()));
     std::fs::create_dir(&temporary).expect("a folder");
     dying.kill().expect("a running program");
     dying.wait().expect("an end");
-    wait_until("all participants are gone", || !any_is_left("dying"));
+    wait_until("all participants are gone", || !any_is_left(&victim));
     // Memory whose directory is gone, as no run leaves it by itself.
     let stray = format!("/dev/shm/phalanx{}-nobody_0_0.dynamic", rustix::process::getuid().as_raw());
     std::fs::write(&stray, "x").expect("a file");
     let mut doctor = folder.run(&["doctor", "--json"]).json();
     // Other tests start programs at the same time, which may have done the same before.
     let running = doctor["running"].take();
-    assert!(running.as_array().expect("a list").contains(&"living".into()), "{running}");
-    assert!(!running.as_array().expect("a list").contains(&"dying".into()), "{running}");
-    assert_eq!(shared_memory("dying"), [""; 0]);
+    assert!(running.as_array().expect("a list").contains(&survivor.as_str().into()), "{running}");
+    assert!(!running.as_array().expect("a list").contains(&victim.as_str().into()), "{running}");
+    assert_eq!(shared_memory(&victim), [""; 0]);
     assert!(!temporary.exists() && !std::path::Path::new(&stray).exists());
-    assert_ne!(shared_memory("living"), [""; 0]);
-    assert_eq!(folder.run(&["ctl", "stop", "living"]).code(), 0);
+    assert_ne!(shared_memory(&survivor), [""; 0]);
+    assert_eq!(folder.run(&["ctl", "stop", &survivor]).code(), 0);
     assert_eq!(living.wait().expect("an end").code(), Some(130));
 }

@@ -84,6 +84,11 @@ impl Finished {
     }
 }
 
+/// A name for a run that no other test has, not even the same one started a second time.
+pub(crate) fn unique(name: &str) -> String {
+    format!("{name}-{}", std::process::id())
+}
+
 /// The program that fails on purpose; Cargo builds examples before it runs tests.
 pub(crate) fn saboteur() -> PathBuf {
     let path = PathBuf::from(env!("CARGO_BIN_EXE_phalanx")).with_file_name("examples").join("saboteur");
