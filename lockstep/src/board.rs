@@ -27,6 +27,13 @@ const SPARE: usize = 4;
 /// Cells of a channel: the sample of step k is replaced by that of step k + `RING`.
 pub(crate) const RING: u64 = 8;
 
+/// What a service takes in shared memory, for the look at whether there is room: copies of every cell ...
+const CELL_COPIES: usize = 2;
+/// ... bytes for each reader ...
+const READER_BYTES: usize = 256;
+/// ... and bytes for everything else.
+const SERVICE_BYTES: usize = 32 << 10;
+
 /// A service that could not be created or opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what}: {cause}")]
@@ -118,6 +125,11 @@ impl Hub {
         readers: usize,
     ) -> Result<Board<'a>, ServiceError> {
         let name = service_name(&network.nodes[node], incarnation);
+        let what = || format!("create service {name}");
+        let cells = network.nodes[node].outputs.iter().map(|&channel| Ok(class_of(network, channel)?.bytes()));
+        let cells: usize = cells.sum::<Result<usize, ServiceError>>()? * RING as usize;
+        directory::require_room(CELL_COPIES * cells + READER_BYTES * readers + SERVICE_BYTES)
+            .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let mut creator = self
             .node
@@ -131,7 +143,7 @@ impl Hub {
                 creator = class.add(creator, key(port, place));
             }
         }
-        let service = creator.create().map_err(error(format!("create service {name}")))?;
+        let service = creator.create().map_err(error(what()))?;
         Ok(Board { network, node, incarnation, name, service })
     }
 

@@ -43,6 +43,8 @@ pub(crate) trait ReadCell {
 pub(crate) trait SizeClass: Sync {
     /// How many words fit.
     fn words(&self) -> usize;
+    /// Bytes of a cell.
+    fn bytes(&self) -> usize;
     /// Adds an empty cell to a service that is about to be created.
     fn add(&self, creator: Creator<u64, ipc::Service>, key: u64) -> Creator<u64, ipc::Service>;
     /// Opens a cell for reading.
@@ -59,6 +61,10 @@ where
 {
     fn words(&self) -> usize {
         W
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Cell<W>>()
     }
 
     fn add(&self, creator: Creator<u64, ipc::Service>, key: u64) -> Creator<u64, ipc::Service> {

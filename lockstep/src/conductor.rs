@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use alarm::Interrupt;
-pub use error::{Death, Late, RunError};
+pub use error::{Activity, Death, Late, RunError};
 pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
 pub use replace::History;
 
@@ -30,7 +30,7 @@ use tempo::Tempo;
 
 use crate::board::{ChannelReader, Hub, RING};
 use crate::page::Page;
-use crate::{Plan, RunDirectory, Store, cores};
+use crate::{Plan, RunDirectory, Store, cores, directory};
 
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,7 @@ impl Conductor {
             }
         }
         directory.protect()?;
+        directory::require_room(room_of_workers(&plan)).map_err(system("start the processes of the run"))?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
         let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
@@ -160,7 +161,8 @@ impl Conductor {
             self.look_around(0, None)?;
             let left = timeout.saturating_sub(start.elapsed());
             if left.is_zero() {
-                let missing = workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker));
+                let missing =
+                    workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker, None));
                 return Err(RunError::NotReady { missing: missing.collect(), waited: timeout });
             }
             page.sleep(rings, left);
@@ -262,6 +264,22 @@ impl Conductor {
         drop((readers, hub));
         Ok(directory.close()?)
     }
+}
+
+/// Bytes of shared memory that the workers will take for themselves: a small file for every service that each uses, and some.
+fn room_of_workers(plan: &Plan) -> usize {
+    /// What a file takes at least.
+    const FILE: usize = 4 << 10;
+    /// Files of a worker besides those of services.
+    const OTHERS: usize = 4;
+    let writers = plan.network.writers();
+    let of_worker = |nodes: &Vec<usize>| {
+        let inputs = nodes.iter().flat_map(|&node| &plan.network.nodes[node].inputs);
+        let read = inputs.filter_map(|input| writers[input.channel.0]);
+        let services: BTreeSet<usize> = read.chain(nodes.iter().copied()).collect();
+        (services.len() + OTHERS) * FILE
+    };
+    plan.workers.iter().map(|worker| of_worker(&worker.nodes)).sum()
 }
 
 /// How many worker processes read from each node's service, if each is replaced so often.

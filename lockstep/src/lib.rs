@@ -30,7 +30,8 @@ mod worker;
 pub use board::ServiceError;
 pub use cell::MAX_WORDS;
 pub use conductor::{
-    Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
+    Activity, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span,
+    WorkerUsage,
 };
 pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core, wake_up_time};
 pub use directory::{DirectoryError, RunDirectory};

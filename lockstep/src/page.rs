@@ -136,6 +136,12 @@ impl Page {
             self.head().faults.fetch_sub(1, SeqCst);
         }
         slot.dismissed.store(0, SeqCst);
+        slot.process.store(0, SeqCst);
+    }
+
+    /// Whether a process has taken the place of a worker.
+    pub(crate) fn is_taken(&self, worker: usize) -> bool {
+        self.slot(worker).process.load(SeqCst) != 0
     }
 
     /// Whether a worker is connected.
@@ -214,6 +220,14 @@ impl Page {
         if completed == pace.wake_at.load(SeqCst) {
             self.ring();
         }
+    }
+
+    /// Takes the place of a worker for the process `pid`.
+    ///
+    /// # Errors
+    /// The process that has it already.
+    pub(crate) fn take_place(&self, worker: usize, pid: u32) -> Result<(), u32> {
+        self.slot(worker).process.compare_exchange(0, pid, SeqCst, SeqCst).map(drop)
     }
 
     /// This worker is connected.

@@ -146,8 +146,9 @@ impl Engine {
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&assembly.scenario.name)?;
         let path = directory.path().join(SCENARIO_FILE);
-        std::fs::write(&path, assembly.scenario.to_toml())
-            .map_err(Failure::system(format!("write {}", path.display())))?;
+        let text = assembly.scenario.to_toml();
+        std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
+        plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let settings = Settings {
             deadline: Duration::from_secs_f64(staging.on_failure.deadline),

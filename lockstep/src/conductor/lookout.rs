@@ -41,7 +41,7 @@ impl Conductor {
             let waited = now - since;
             if waited >= self.settings.deadline {
                 let phase = phase.unwrap_or(0);
-                let late = self.absent(phase, step).map(|worker| self.crew.late(worker)).collect();
+                let late = self.absent(phase, step).map(|worker| self.crew.late(worker, Some(phase))).collect();
                 return Err(RunError::Deadline { late, step, phase, waited });
             }
             if page.ask_for(enough) {

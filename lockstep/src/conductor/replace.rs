@@ -140,7 +140,7 @@ impl Conductor {
             }
             self.look_at(worker)?;
             if start.elapsed() >= self.settings.deadline {
-                let missing = vec![self.crew.late(worker)];
+                let missing = vec![self.crew.late(worker, None)];
                 return Err(RunError::NotReady { missing, waited: start.elapsed() });
             }
             alarm.page.sleep(rings, LOOK);

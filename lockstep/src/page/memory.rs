@@ -14,13 +14,15 @@ use super::tally::{Event, Tally};
 use crate::plan::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx3");
+const MAGIC: u64 = u64::from_le_bytes(*b"phalanx4");
 /// Bytes of a message in a slot.
 pub(super) const MESSAGE_BYTES: usize = 1000;
 
 #[repr(C, align(128))]
 pub(super) struct Head {
     pub(super) magic: AtomicU64,
+    /// The [`Plan::fingerprint`] of the run.
+    pub(super) plan: AtomicU64,
     /// Rung for the conductor; counts up, so that a change while it looks around is not lost.
     pub(super) bell: AtomicU32,
     /// How many workers are connected.
@@ -77,6 +79,8 @@ pub(super) struct Slot {
     pub(super) ready: AtomicU32,
     /// Number of the process that serves as this worker: 0 is the one that was started first.
     pub(super) incarnation: AtomicU32,
+    /// The process that has taken the place; 0 as long as nobody has.
+    pub(super) process: AtomicU32,
     /// 1 if the process is to leave its place to another one.
     pub(super) dismissed: AtomicU32,
     /// A [`FaultKind`] as number, or 0.
@@ -123,6 +127,7 @@ impl Page {
         for phase in 0..page.phases {
             page.phase(phase).members.store(plan.members(phase).len() as u32, SeqCst);
         }
+        page.head().plan.store(plan.fingerprint(), SeqCst);
         page.head().magic.store(MAGIC, SeqCst);
         Ok(page)
     }
@@ -137,10 +142,16 @@ impl Page {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
         }
         let page = Self::map(file.into(), plan)?;
-        match page.head().magic.load(SeqCst) {
-            MAGIC => Ok(page),
-            _ => Err(io::Error::new(io::ErrorKind::InvalidData, "it belongs to another version")),
+        let stranger = |what| Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        if page.head().magic.load(SeqCst) != MAGIC {
+            return stranger(
+                "it belongs to another version of Phalanx; build all programs of the run from the same one",
+            );
         }
+        if page.head().plan.load(SeqCst) != plan.fingerprint() {
+            return stranger("it belongs to another plan");
+        }
+        Ok(page)
     }
 
     fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {

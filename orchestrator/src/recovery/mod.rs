@@ -7,6 +7,7 @@ mod event;
 mod tail;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use formation::scenario::{FailurePolicy, OnFailure};
 use lockstep::{Comeback, Network, RunError, Store};
@@ -133,7 +134,9 @@ impl Recovery {
             OnFailure::Hold => Comeback::Hold,
             _ => Comeback::Recompute,
         };
+        let start = Instant::now();
         let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
+        let took = start.elapsed().as_secs_f64();
         let number = count + 1;
         if comeback == Comeback::Hold {
             for node in engine.hosted(worker) {
@@ -142,7 +145,9 @@ impl Recovery {
             self.tell(format!("{error}\n{name} is held: its last samples stand from step {step} on, marked as stale"));
         } else {
             let most = self.policy.restarts;
-            self.tell(format!("{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most})"));
+            self.tell(format!(
+                "{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most}; caught up in {took:.2} s)"
+            ));
         }
         Ok(())
     }
