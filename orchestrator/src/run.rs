@@ -24,7 +24,7 @@ use crate::swap::{RobotSwap, Swap};
 use crate::urgency::Urgency;
 
 /// Why a participant of a run that goes on keeps its program.
-const NOT_SWAPPED: &str = "it shares its process with others, or the run is not recorded: nothing was changed";
+const NOT_RECORDED: &str = "the run is not recorded, and a new program needs the steps so far: nothing was changed";
 
 /// How a run is carried out. None of it changes a bit of the log.
 #[derive(Clone, Debug)]
@@ -180,11 +180,11 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         while let Some(request) = stop.next_swap() {
             let result = match (&mut recovery, &recorder) {
                 (Some(recovery), Some(recorder)) => recovery.swap(&mut engine, recorder, request.swap.clone()),
-                _ => Ok(None),
+                _ => Ok(Err(NOT_RECORDED.into())),
             };
             waited = true;
             match result {
-                Ok(from) => request.answer(from.ok_or_else(|| NOT_SWAPPED.to_string())),
+                Ok(from) => request.answer(from),
                 Err(error) => {
                     request.answer(Err(error.to_string()));
                     stopped = Some(error);
