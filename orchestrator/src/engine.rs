@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::logging;
 use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
-use crate::robots::{Robots, add_hands};
+use crate::robots::{Robots, place_hands, with_hands};
 use crate::stress::Stress;
 use crate::swap::Swap;
 use crate::urgency::Urgency;
@@ -139,8 +139,8 @@ impl Engine {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let mut network = assembly.network.clone();
-        add_hands(&mut network, &mut workers, &staging.swaps);
+        let network = with_hands(&assembly.network, &staging.swaps);
+        place_hands(&network, &mut workers, &staging.swaps);
         let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
         plan.traced = staging.traced;

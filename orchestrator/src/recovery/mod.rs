@@ -117,6 +117,11 @@ impl Recovery {
         }
     }
 
+    /// Something has happened to a participant that the log is to tell.
+    pub(crate) fn remark(&mut self, participant: &str, text: &str) {
+        self.events.push(participant, text.into());
+    }
+
     /// What was done, in words.
     pub(crate) fn into_told(self) -> Vec<String> {
         self.told
