@@ -114,7 +114,7 @@ impl Swap {
     }
 
     /// The same as it is meant in `folder`, which may be another one than that of the run.
-    pub(crate) fn from_folder(mut self, folder: &Path) -> Self {
+    pub(crate) fn meant_in(mut self, folder: &Path) -> Self {
         match &mut self.player {
             Player::Program { words, folder: place } => {
                 // Not the file that a link leads to: a Python in a virtual environment is such a link.
@@ -298,12 +298,12 @@ mod tests {
 
     #[test]
     fn names_of_files_are_meant_in_a_folder() {
-        let meant = |text: &str| Swap::parse(text, &NODES).unwrap().from_folder(Path::new("/home/me")).to_string();
+        let meant = |text: &str| Swap::parse(text, &NODES).unwrap().meant_in(Path::new("/home/me")).to_string();
         assert_eq!(meant("plant=./mine --log a/b"), "/home/me/./mine --log a/b");
         assert_eq!(meant("plant=python3 mine.py"), "python3 mine.py");
         assert_eq!(meant("plant=/opt/mine"), "/opt/mine");
         assert_eq!(meant("plant=replay:runs/a.mcap"), "replay:/home/me/runs/a.mcap");
-        let swap = Swap::parse("plant=python3 mine.py", &NODES).unwrap().from_folder(Path::new("/home/me"));
+        let swap = Swap::parse("plant=python3 mine.py", &NODES).unwrap().meant_in(Path::new("/home/me"));
         let command = swap.command(Path::new("phalanx")).unwrap();
         assert_eq!(command.get_current_dir(), Some(Path::new("/home/me")));
     }

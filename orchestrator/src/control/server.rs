@@ -126,7 +126,7 @@ impl Desk {
             None => (text, None),
         };
         let swap = match Swap::parse(text, &names) {
-            Ok(swap) if swap.robot().is_none() => folder.into_iter().fold(swap, Swap::from_folder),
+            Ok(swap) if swap.robot().is_none() => folder.into_iter().fold(swap, Swap::meant_in),
             Ok(_) => return answer(stream, &json!({ "error": "a robot takes part from the start or not at all" })),
             Err(reason) => return answer(stream, &json!({ "error": reason })),
         };
