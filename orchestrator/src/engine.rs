@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::logging;
 use crate::pinning::{Home, Spread};
 use crate::placement::Placement;
-use crate::robots::{Robots, add_hands};
+use crate::robots::{Robots, place_hands, with_hands};
 use crate::stress::Stress;
 use crate::swap::Swap;
 use crate::urgency::Urgency;
@@ -105,8 +105,9 @@ impl Cast {
     }
 }
 
-/// How often every process may be swapped while the run goes on, besides its restarts.
-const SWAPS: u32 = 8;
+/// How often every process may be started anew for swaps while the run goes on, besides its restarts. One that succeeds takes
+/// one start, one that fails two.
+const SWAPS: u32 = 16;
 
 impl Engine {
     /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
@@ -138,8 +139,8 @@ impl Engine {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let mut network = assembly.network.clone();
-        add_hands(&mut network, &mut workers, &staging.swaps);
+        let network = with_hands(&assembly.network, &staging.swaps);
+        place_hands(&network, &mut workers, &staging.swaps);
         let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
         plan.traced = staging.traced;
@@ -257,14 +258,18 @@ impl Engine {
         }
     }
 
-    /// From now on this program plays its participant. Returns the worker that it is to replace; `None` if the participant
-    /// shares its process with others.
-    pub(crate) fn take_on(&mut self, swap: Swap) -> Option<usize> {
-        let Engine::Processes { conductor, cast, .. } = self else { return None };
-        let worker = conductor.plan().workers.iter().position(|worker| worker.name == swap.node)?;
-        cast.swaps.retain(|other| other.node != swap.node);
-        cast.swaps.push(swap);
-        Some(worker)
+    /// The worker that hosts this participant and nobody else.
+    pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
+        let Engine::Processes { conductor, .. } = self else { return None };
+        conductor.plan().workers.iter().position(|worker| worker.name == node)
+    }
+
+    /// From now on this program plays the participant, or with `None` ours. Returns which one did before.
+    pub(crate) fn take_on(&mut self, node: &str, swap: Option<Swap>) -> Option<Swap> {
+        let Engine::Processes { cast, .. } = self else { return None };
+        let before = cast.swaps.iter().position(|other| other.node == node).map(|place| cast.swaps.remove(place));
+        cast.swaps.extend(swap);
+        before
     }
 
     /// How many steps are done.

@@ -25,6 +25,7 @@ pub mod pinning;
 pub mod placement;
 pub mod profile;
 mod progress;
+mod recording;
 mod recovery;
 pub mod replay;
 pub mod report;

@@ -185,20 +185,44 @@ fn a_program_takes_over_while_the_run_goes_on() {
 }
 
 #[test]
-fn a_program_that_cannot_take_over_is_named() {
+fn a_program_that_cannot_take_over_changes_nothing() {
     let folder = Folder::new();
     let name = unique("misled");
     let scenario = renamed(&folder, "uav", &name);
-    // Long enough for whoever is slow; it ends with the second swap.
-    let run = start(&folder, &scenario, "120", &["--realtime", "6"]);
+    let calm = undisturbed(&folder, &scenario, "12");
+    let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
     let swapped = folder.run(&["ctl", "swap", "controler.3=/bin/true", &name]);
     assert_eq!(swapped.code(), 2);
     assert!(swapped.stderr().contains("did you mean `controller_3`"), "{}", swapped.stderr());
-    let swapped = folder.run(&["ctl", "swap", "controller.3=/bin/true", &name]);
-    assert_eq!(swapped.code(), 2, "{}", swapped.stdout());
+    for (program, reason) in [("/bin/true", "exit code 0"), ("./no_such_program", "No such file")] {
+        let swapped = folder.run(&["ctl", "swap", &format!("controller.3={program}"), &name]);
+        assert_eq!(swapped.code(), 2, "{}", swapped.stdout());
+        let told = swapped.stderr();
+        assert!(told.contains(reason) && told.contains("controller_3 plays on as before"), "{told}");
+    }
     let end = end(run);
-    assert_eq!(end.code(), 3, "{}", end.stderr());
-    assert!(end.stderr().contains("controller_3") && end.stderr().contains("exit code 0"), "{}", end.stderr());
+    assert_eq!(end.json()["sha256"], calm, "{}", end.stderr());
+    assert!(end.stderr().contains("`/bin/true` cannot play controller_3"), "{}", end.stderr());
+}
+
+#[test]
+fn a_program_is_swapped_in_as_it_is_called_where_one_asks() {
+    let folder = Folder::new();
+    let name = unique("elsewhere");
+    let scenario = renamed(&folder, "uav", &name);
+    let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
+    // A link to the program, and a file beside it, that the run would not find from its own folder.
+    let other = Folder::new();
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_phalanx"), other.path("mine")).expect("a link");
+    other.write("mine.sh", "test -e beside || exit 7\nexec ./mine participant\n");
+    other.write("beside", "");
+    for program in ["./mine participant", "sh mine.sh"] {
+        let swapped = other.run(&["ctl", "swap", &format!("controller.3={program}"), &name]);
+        assert_eq!(swapped.code(), 0, "{}", swapped.stderr());
+    }
+    let end = end(run);
+    assert_eq!(end.json()["replaced"].as_array().map(Vec::len), Some(2), "{}", end.stderr());
+    assert!(end.stderr().contains("/mine participant`"), "{}", end.stderr());
 }
 
 #[test]

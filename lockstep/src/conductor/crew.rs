@@ -60,6 +60,9 @@ impl Crew {
         directory: &Path,
         orders: Option<Orders>,
     ) -> Result<u32, RunError> {
+        // Counted whatever comes of it: what was made for it has its number. Who was there before is dead.
+        self.spawned[worker] += 1;
+        self.children[worker] = None;
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
         let failed = || system(format!("spawn {name} ({program})"));
@@ -69,7 +72,6 @@ impl Crew {
         self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
         let pid = child.pid();
         self.children[worker] = Some(child);
-        self.spawned[worker] += 1;
         Ok(pid)
     }
 

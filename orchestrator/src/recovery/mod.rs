@@ -18,6 +18,11 @@ use crate::swap::Swap;
 use event::Events;
 use tail::{Past, Tail};
 
+/// Why a participant keeps its program.
+const SHARED: &str = "it shares its process with others: nothing was changed";
+const ROBOT: &str = "it is a robot, which cannot be changed for another one while it drives: nothing was changed";
+const OVER: &str = "the run is at its end: nothing was changed";
+
 /// Replaces participants of one run.
 pub(crate) struct Recovery {
     policy: FailurePolicy,
@@ -79,24 +84,43 @@ impl Recovery {
         }
     }
 
-    /// Puts a program of the user in the place of a participant; returns the first step that it runs.
+    /// Puts a program of the user in the place of a participant; returns the first step that it runs, or why nothing has
+    /// changed. If the program cannot take the place, the one before it is started again and computes all steps anew.
     ///
     /// # Errors
-    /// The error that ends the run if the program cannot take the place: the one before it is gone.
+    /// The error that ends the run, if that one cannot take its place either.
     pub(crate) fn swap(
         &mut self,
         engine: &mut Engine,
         recorder: &Recorder,
         swap: Swap,
-    ) -> Result<Option<u64>, RunError> {
+    ) -> Result<Result<u64, String>, RunError> {
         let (node, program) = (swap.node.clone(), swap.to_string());
-        let Some(worker) = engine.take_on(swap) else { return Ok(None) };
-        let from = self.replace(engine, recorder, worker, Comeback::Adopt)?;
-        if let Some(step) = from {
-            self.events.push(&node, format!("played by `{program}` from step {step} on"));
-            self.tell(format!("{node} is played by `{program}` from step {step} on"));
+        let Some(worker) = engine.worker_of(&node) else { return Ok(Err(SHARED.into())) };
+        if engine.is_robot(worker) {
+            return Ok(Err(ROBOT.into()));
         }
-        Ok(from)
+        let before = engine.take_on(&node, Some(swap));
+        match self.replace(engine, recorder, worker, Comeback::Adopt) {
+            Ok(Some(step)) => {
+                self.events.push(&node, format!("played by `{program}` from step {step} on"));
+                self.tell(format!("{node} is played by `{program}` from step {step} on"));
+                Ok(Ok(step))
+            }
+            Ok(None) => Ok(Err(OVER.into())),
+            Err(error @ RunError::Interrupted { .. }) => Err(error),
+            Err(error) => {
+                engine.take_on(&node, before);
+                self.replace(engine, recorder, worker, Comeback::Recompute)?;
+                self.tell(format!("`{program}` cannot play {node}, who plays on as before: {error}"));
+                Ok(Err(format!("{error}\n{node} plays on as before")))
+            }
+        }
+    }
+
+    /// Something has happened to a participant that the log is to tell.
+    pub(crate) fn remark(&mut self, participant: &str, text: &str) {
+        self.events.push(participant, text.into());
     }
 
     /// What was done, in words.
