@@ -166,6 +166,7 @@ impl Page {
 /// The workers' side.
 impl Page {
     /// Waits until a phase of `step` is open; `false` if there is no such step any more, or not for this worker.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64) -> bool {
         let gate = &self.phase(phase).gate;
         let wanted = released(step);
@@ -190,6 +191,7 @@ impl Page {
     }
 
     /// A worker, at `position` in a phase, is done with it; the last one lets the run go on and is told that it was.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn arrive(&self, worker: usize, phase: usize, position: usize, step: u64) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
@@ -203,6 +205,7 @@ impl Page {
     }
 
     /// The step is complete: the next one may go if it is allowed, and the conductor is woken if it waits for this.
+    #[unsafe(link_section = "lockstep_step")]
     fn complete(&self, step: u64, claimant: u64) {
         let pace = &self.head().pace;
         let completed = step + 1;
@@ -244,6 +247,7 @@ impl Page {
 /// Both sides.
 impl Page {
     /// Wakes the conductor.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn ring(&self) {
         // The word changes first: who is about to sleep on the old value then does not.
         self.head().bell.fetch_add(1, SeqCst);
@@ -252,6 +256,7 @@ impl Page {
 
     /// All workers of a phase have arrived at `step`: lets the next phase run, or completes the step, unless somebody else
     /// does.
+    #[unsafe(link_section = "lockstep_step")]
     fn proceed(&self, phase: usize, step: u64, claimant: u64) -> bool {
         let is_last = phase + 1 == self.phases;
         let claim = if is_last { &self.head().pace.finish } else { &self.phase(phase + 1).claim };
@@ -267,6 +272,7 @@ impl Page {
     }
 
     /// Opens the first gate of `step`, all before it being complete, unless somebody else does.
+    #[unsafe(link_section = "lockstep_step")]
     fn open_step(&self, step: u64, claimant: u64) {
         if self.phase(0).claim.take(step, claimant) {
             self.open_gate(0, step);
@@ -274,6 +280,7 @@ impl Page {
     }
 
     /// Whether all workers of a phase have arrived at the step of its gate.
+    #[unsafe(link_section = "lockstep_step")]
     fn have_all_arrived(&self, phase: usize) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
@@ -283,6 +290,7 @@ impl Page {
     }
 
     /// Opens a gate, at which all workers of the phase wait or will wait; nobody has arrived then. For who has claimed it.
+    #[unsafe(link_section = "lockstep_step")]
     fn open_gate(&self, phase: usize, step: u64) {
         let place = self.phase(phase);
         let words = place.members.load(SeqCst).div_ceil(64) as usize;
@@ -307,6 +315,7 @@ fn full(count: u32) -> u64 {
     u64::MAX.checked_shr(64 - count).unwrap_or(0)
 }
 
+#[unsafe(link_section = "lockstep_step")]
 fn wake_all(word: &AtomicU32) {
     let _ = futex::wake(word, futex::Flags::empty(), i32::MAX as u32);
 }

@@ -6,7 +6,7 @@ use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
 use crate::page::{Report, Watch};
-use crate::{ChannelId, Fault, Io, Layout, Plan, Step, Store};
+use crate::{ChannelId, Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +91,7 @@ impl Link {
     /// # Errors
     /// [`Fault`] if a sample is not the one that was due, or the turn before was not finished with [`done`](Link::done).
     #[allow(clippy::should_implement_trait, reason = "it can fail, and what it gives is used through the link")]
+    #[unsafe(link_section = "lockstep_step")]
     pub fn next(&mut self) -> Result<Option<Turn>, Fault> {
         match self.progress {
             Progress::Between => {}
@@ -117,6 +118,7 @@ impl Link {
     }
 
     /// Inputs and outputs of the node whose turn it is; `None` if it is nobody's.
+    #[unsafe(link_section = "lockstep_step")]
     pub fn io(&mut self) -> Option<Io<'_>> {
         let place = match self.progress {
             Progress::Due => &self.seats[self.seat].members[self.member].place,
@@ -129,6 +131,7 @@ impl Link {
     ///
     /// # Errors
     /// [`Fault`] if an output is not a finite number, or it is nobody's turn.
+    #[unsafe(link_section = "lockstep_step")]
     pub fn done(&mut self) -> Result<(), Fault> {
         if self.progress != Progress::Due {
             return Err(self.fail("a step was called done, but none is in progress"));
@@ -156,6 +159,7 @@ impl Link {
     }
 
     /// Passes the gate of the seat unless that is done already; `false` if it will not open any more.
+    #[unsafe(link_section = "lockstep_step")]
     fn enter(&mut self) -> Result<bool, Fault> {
         if self.started.is_some() {
             return Ok(true);
@@ -212,6 +216,7 @@ impl Link {
     }
 
     /// The number of the next node of the seat that runs at this step; those before it hold their outputs.
+    #[unsafe(link_section = "lockstep_step")]
     fn due(&mut self) -> Option<usize> {
         let (plan, members) = (&self.worker.plan, &mut self.seats[self.seat].members);
         while let Some(seated) = members.get_mut(self.member) {
@@ -227,6 +232,7 @@ impl Link {
     }
 
     /// Arrives at the end of the phase and goes on to the next seat.
+    #[unsafe(link_section = "lockstep_step")]
     fn leave(&mut self) -> Result<(), Fault> {
         let start = self.started.take().unwrap_or_default();
         if let Some(catch_up) = &mut self.catch_up {
@@ -246,14 +252,13 @@ impl Link {
     }
 }
 
-/// Room for the samples of the channels that the process reads or writes, close together; none for the others.
+/// Room for the samples of the channels that the process reads or writes.
 fn store_for(worker: &Worker) -> Store {
     let Plan { network, workers, .. } = &worker.plan;
-    let none = Layout::default();
     let nodes = || workers[worker.number].nodes.iter().map(|&node| &network.nodes[node]);
     let is_used = |channel: ChannelId| {
         nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
     };
     let channels = network.channels.iter().enumerate();
-    Store::new(channels.map(|(index, channel)| if is_used(ChannelId(index)) { &channel.layout } else { &none }))
+    Store::with_some(channels.map(|(index, channel)| is_used(ChannelId(index)).then_some(&channel.layout)))
 }
