@@ -34,9 +34,10 @@ mod worker;
 pub use board::ServiceError;
 pub use cell::MAX_WORDS;
 pub use conductor::{
-    Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
+    Balanced, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span,
+    WorkerUsage,
 };
-pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core, wake_up_time};
+pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
 pub use directory::{DirectoryError, RunDirectory};
 pub use layout::{Field, Layout, Shape};
 pub use local::{Local, StepError};

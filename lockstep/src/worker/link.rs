@@ -5,7 +5,7 @@ use super::comeback::CatchUp;
 use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
-use crate::page::{Report, Watch};
+use crate::page::{Arrival, Report, Watch};
 use crate::{ChannelId, Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
@@ -34,6 +34,8 @@ pub struct Link {
     /// When the seat at work passed its gate; `None` before that.
     started: Option<u64>,
     progress: Progress,
+    /// The phase and step since whose end it is to watch for the others of its core.
+    watches: Option<(usize, u64)>,
     /// As long as it goes through steps that are done.
     catch_up: Option<CatchUp>,
     /// What the page told about replaced workers when the readers were looked through.
@@ -69,6 +71,7 @@ impl Link {
             member: 0,
             started: None,
             progress: Progress::Between,
+            watches: None,
             holds: worker.holds(),
             worker,
             seats,
@@ -169,7 +172,7 @@ impl Link {
         }
         let page = &self.worker.page;
         let phase = self.seats[self.seat].phase;
-        if !page.await_gate(self.worker.number, phase, self.step.index) {
+        if !page.await_gate(self.worker.number, phase, self.step.index, self.watches.take()) {
             return Ok(false);
         }
         if page.changes() != self.changes {
@@ -243,8 +246,9 @@ impl Link {
         } else {
             let (seat, page) = (&self.seats[self.seat], &self.worker.page);
             let end = self.watch.end(page, seat.phase, self.step.index, start);
-            let last = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
-            self.watch.arrived(page, seat.phase, end, last);
+            let arrival = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
+            self.watch.arrived(page, seat.phase, end, arrival == Arrival::Last);
+            self.watches = (arrival == Arrival::LastOfSide).then_some((seat.phase, self.step.index));
         }
         self.member = 0;
         self.seat += 1;
