@@ -1,6 +1,8 @@
 //! The process that runs the others: creates what they share, starts them, beats the time, ends them.
 
 mod alarm;
+mod arrange;
+mod balance;
 mod child;
 mod crew;
 mod error;
@@ -19,18 +21,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use alarm::Interrupt;
+pub use arrange::Balanced;
 pub use error::{Activity, Death, Late, RunError};
 pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
 pub use replace::History;
 
 use alarm::Alarm;
+use arrange::Arrangement;
 use crew::Crew;
 use error::system;
 use tempo::Tempo;
 
 use crate::board::{ChannelReader, Hub, RING};
 use crate::page::Page;
-use crate::{Plan, RunDirectory, Store, cores, directory};
+use crate::{Plan, RunDirectory, Store, directory};
 
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +76,7 @@ pub struct Conductor {
     settings: Settings,
     recording: bool,
     tempo: Tempo,
+    arrangement: Arrangement,
     /// How many steps the workers may be ahead of the step that is returned next.
     ahead: u64,
     ready: bool,
@@ -114,6 +119,7 @@ impl Conductor {
             settings,
             recording: true,
             tempo: Tempo::new(),
+            arrangement: Arrangement::new(),
             ahead: RING - 1,
             ready: false,
             failed: false,
@@ -188,6 +194,7 @@ impl Conductor {
         self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
         self.await_step(step)?;
         self.tempo.at(step, &self.crew.alarm.page);
+        self.arrange(step);
         if self.recording {
             for reader in &self.readers {
                 reader
@@ -237,16 +244,6 @@ impl Conductor {
     /// A handle to interrupt the run from another thread.
     pub fn interrupt(&self) -> Interrupt {
         Interrupt(Arc::clone(&self.crew.alarm))
-    }
-
-    /// Moves the process of a worker to another core.
-    ///
-    /// # Errors
-    /// [`RunError::System`] if the operating system refuses, or the worker is not spawned yet.
-    pub fn move_worker(&self, worker: usize, core: usize) -> Result<(), RunError> {
-        let failed = system(format!("move {} to core {core}", self.plan.workers[worker].name));
-        let pid = self.pid(worker).ok_or(std::io::ErrorKind::NotFound);
-        pid.map_err(Into::into).and_then(|pid| cores::move_to_core(pid, core)).map_err(failed)
     }
 
     /// A handle to look at the run's counters, also from another thread.

@@ -13,7 +13,7 @@ use lockstep::{
 use crate::control::Stop;
 use crate::failure::Failure;
 use crate::logging;
-use crate::pinning::{Home, Spread};
+use crate::pinning::{Home, describe};
 use crate::placement::Placement;
 use crate::robots::{Robots, place_hands, with_hands};
 use crate::stress::Stress;
@@ -186,27 +186,22 @@ impl Engine {
         Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
     }
 
-    /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
-    ///
-    /// # Errors
-    /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
-    pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
-        let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self else { return Ok(None) };
-        let plan = conductor.plan();
-        let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
-        let figures = format!(
-            "other cores would save {:.0} us of computing per step and cost {:.0} us of wake-ups",
-            spread.gain * 1e6,
-            spread.cost * 1e6
-        );
-        if !spread.pays() {
-            let shared = if slot.shared { ", which it shares with another run" } else { "" };
-            return Ok(Some(format!("all processes on core {}{shared}: {figures}", slot.core)));
+    /// From now on it is tried on how many of `cores` steps are shortest, if nobody else has chosen where the processes run.
+    pub fn balance(&mut self, cores: &[usize]) {
+        if let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self {
+            let others = cores.iter().copied().filter(|&core| core != slot.core);
+            conductor.balance(std::iter::once(slot.core).chain(others).collect());
         }
-        for (worker, &core) in spread.cores.iter().enumerate() {
-            conductor.move_worker(worker, core)?;
+    }
+
+    /// Where the processes are and why, if that was tried.
+    pub fn balanced(&self) -> Option<String> {
+        match self {
+            Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } => {
+                describe(&conductor.balanced()?, slot.shared)
+            }
+            _ => None,
         }
-        Ok(Some(format!("processes spread over {} cores: {figures}", cores.len())))
     }
 
     /// Runs one step of everybody and returns its number.

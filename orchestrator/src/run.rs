@@ -12,7 +12,7 @@ use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
 use crate::log::{Recorder, Summary};
-use crate::pinning::{Home, MEASURED_STEPS, Pin};
+use crate::pinning::{Home, Pin};
 use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
@@ -158,7 +158,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let server = serve(assembly, &engine, &stop);
     let keys = if options.progress { Keys::listen(&stop) } else { None };
     let mut pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
-    if pace.is_some() {
+    if pace.is_none() {
+        engine.balance(&cores);
+    } else {
         engine.run_step_by_step();
     }
     let tap = match options.tap {
@@ -168,7 +170,6 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if recorder.is_none() && tap.is_none() && guard.is_idle() {
         engine.fetch_nothing();
     }
-    let mut chosen = None;
     let mut progress = Progress::new(options.progress, timing.periods(), timing.dt);
     let start = Instant::now();
     let mut done = 0;
@@ -260,18 +261,6 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
                 break;
             }
         }
-        if step == MEASURED_STEPS {
-            match engine.settle(&cores) {
-                Ok(choice) => {
-                    tracing::info!(choice, "cores");
-                    chosen = choice;
-                }
-                Err(error) => {
-                    failure = Some(error);
-                    break;
-                }
-            }
-        }
     }
     let wall = start.elapsed().as_secs_f64();
     tracing::info!(steps = done, wall, "the steps are done");
@@ -282,6 +271,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         let written = write_trace(path, &conductor.gauge(), conductor.plan());
         written.map_err(Failure::system(format!("write the trace {}", path.display())))?;
     }
+    let chosen = engine.balanced();
+    tracing::info!(chosen, "cores");
     engine.finish()?;
     if let Some(failure) = failure {
         return Err(failure);

@@ -66,6 +66,7 @@ impl Watch {
     }
 
     /// The worker has passed the gate of `phase`; returns the time.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn start(&mut self, page: &Page, phase: usize) -> u64 {
         let now = ticks::now();
         page.tally(self.worker).started.store(now, Relaxed);
@@ -77,6 +78,7 @@ impl Watch {
     }
 
     /// The worker is done with `phase` of `step` and is about to arrive; returns the time.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn end(&mut self, page: &Page, phase: usize, step: u64, start: u64) -> u64 {
         let end = ticks::now();
         if let Some(event) = page.event(self.worker, self.counts.runs) {
@@ -96,6 +98,7 @@ impl Watch {
     }
 
     /// The worker has arrived; `last` if all others had before.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn arrived(&mut self, page: &Page, phase: usize, end: u64, last: bool) {
         if last {
             self.counts.last += 1;
