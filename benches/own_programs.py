@@ -2,15 +2,17 @@
 
     python3 benches/own_programs.py [NAME=COMMAND ...]
 
-`compute` is the time from the start of the controller to its arrival: fetching what it reads, computing, publishing. `step` is
-the whole step of all 15 processes. Without arguments: the controller in Python of the examples, and one that reads and writes all
-signals and computes nothing. Both run with the Python of this script, which needs the package (`pip install ./python`).
+`compute` is the time from the start of the controller to its arrival: fetching what it reads, computing, publishing; `ratio` is that
+beside ours. `step` is the whole step of all 15 processes. Without arguments: the controllers of the examples in Rust, C++ and Python
+as far as they can be built or found, and one in Python that reads and writes all signals and computes nothing, which is what the
+interface costs. Python is that of this script, which needs the package (`pip install ./python`).
 """
 
 from __future__ import annotations
 
 import os
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -40,7 +42,8 @@ with phalanx.Participant() as me:
 
 def measure(command: str | None) -> tuple[float, float]:
     """Microseconds of controller 3, and of the whole step."""
-    words = [PROGRAM, "run", "uav", *FLIGHT, "-q", "--no-log", "--profile", os.devnull]
+    # A drone that nobody steers tilts; nobody minds here.
+    words = [PROGRAM, "run", "uav", *FLIGHT, "-q", "--no-log", "--profile", os.devnull, "--set", "assert=[]"]
     words += ["--swap", f"controller.3={command}"] if command else []
     done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode != 0:
@@ -52,6 +55,21 @@ def measure(command: str | None) -> tuple[float, float]:
     return float(compute[1]), float(step[1])
 
 
+def examples(folder: Path) -> dict[str, str]:
+    """The controllers of the examples that are not in Python, as far as there is a compiler and a library."""
+    programs: dict[str, str] = {}
+    release = REPOSITORY / "target/release"
+    if (rust := release / "examples/controller-rust").exists():
+        programs["Rust, the same law"] = f"'{rust}'"
+    if shutil.which("c++") and (release / "libphalanx.so").exists():
+        source, program = REPOSITORY / "examples/controller-cpp/controller.cpp", folder / "controller"
+        flags = ["-std=c++17", "-O2", "-ffp-contract=off", f"-I{REPOSITORY / 'capi/include'}"]
+        library = [f"-L{release}", "-lphalanx", f"-Wl,-rpath,{release}"]
+        subprocess.run(["c++", *flags, str(source), "-o", str(program), *library], check=True)
+        programs["C++, the same law"] = f"'{program}'"
+    return programs
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "interface_only.py"
@@ -61,6 +79,7 @@ def main() -> None:
         if len(sys.argv) > 1:
             programs |= dict(argument.split("=", 1) for argument in sys.argv[1:])
         else:
+            programs |= examples(Path(folder))
             programs["Python, nothing computed"] = f"'{sys.executable}' '{script}'"
             programs["Python, the same law"] = f"'{sys.executable}' '{example}'"
         figures: dict[str, list[tuple[float, float]]] = {name: [] for name in programs}
@@ -68,10 +87,11 @@ def main() -> None:
         for _ in range(RUNS):
             for name, command in programs.items():
                 figures[name].append(measure(command))
-    print(f"{'controller 3':<28}{'compute':>12}{'step':>12}")
+    print(f"{'controller 3':<28}{'compute':>12}{'ratio':>9}{'step':>12}")
+    ours = statistics.median(compute for compute, _ in figures["ours (Rust)"])
     for name, pairs in figures.items():
         compute, step = (statistics.median(values) for values in zip(*pairs))
-        print(f"{name:<28}{compute:>9.1f} us{step:>9.1f} us")
+        print(f"{name:<28}{compute:>9.1f} us{compute / ours:>9.2f}{step:>9.1f} us")
     print(f"bound for the step overhead of a controller in Python: {BOUND:.0f} us")
 
 

@@ -15,7 +15,7 @@ use std::env;
 use std::error::Error;
 use std::process::ExitCode;
 
-use measure::{Recording, Taken, processes, single, uav};
+use measure::{Recording, Taken, processes, processes_on, single, uav};
 use table::{Bound, Row, table};
 
 /// Rounds of every measurement, unless `ROUNDS` says otherwise.
@@ -44,18 +44,27 @@ pub fn main() -> ExitCode {
 }
 
 /// What is measured; all lines take turns.
-const LINES: [Line; 10] = [
+const LINES: [Line; 13] = [
     Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
     Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
     Line("6 agents, recording", |core, steps| processes(6, steps, core, Recording::On)),
+    Line("6 agents on two cores, recording", |core, steps| processes_on(6, steps, &two(core)?, Recording::On)),
     Line("single", |core, steps| on_core(core, move || step(single(steps * 20, Recording::Off)?))),
     Line("single, recording", |_, steps| step(single(steps * 20, Recording::On)?)),
     Line("uav, recording", |_, steps| step(uav(steps)?)),
     Line("yardstick of 50 agents", |core, steps| yardstick(50, core, steps / 10)),
     Line("50 agents, recording", |core, steps| processes(50, steps / 10, core, Recording::On)),
+    Line("50 agents on two cores, recording", |core, steps| processes_on(50, steps / 10, &two(core)?, Recording::On)),
     Line("yardstick of 100 agents", |core, steps| yardstick(100, core, steps / 20)),
     Line("100 agents, recording", |core, steps| processes(100, steps / 20, core, Recording::On)),
+    Line("100 agents on two cores, recording", |core, steps| processes_on(100, steps / 20, &two(core)?, Recording::On)),
 ];
+
+/// This core and another one, if there is one.
+fn two(core: usize) -> Result<Vec<usize>, Box<dyn Error>> {
+    let others = lockstep::allowed_cores()?.into_iter().filter(|&other| other != core);
+    Ok(std::iter::once(core).chain(others).take(2).collect())
+}
 
 /// Its name, and how it is measured on a core in so many steps.
 struct Line(&'static str, fn(usize, u64) -> Result<Taken, Box<dyn Error>>);
@@ -118,16 +127,23 @@ fn rows(figures: &Figures) -> Vec<Row> {
     row("chain14, single", "single", None, Bound::Rate(1_000_000.0));
     row("chain14, single, recording", "single, recording", None, Bound::Rate(150_000.0));
     row("uav at 1 ms, 15 processes, recording", "uav, recording", None, Bound::Rate(15_000.0));
-    let grown = |line, agents| {
-        let per_process = figures.step(line)? / chain::nodes(agents) as f64;
-        Some(Bound::Growth(per_process / (figures.step(on)? / chain::NODES as f64), 1.3))
+    row("chain14 on two cores, recording", "6 agents on two cores, recording", small, Bound::Times(1.6));
+    // Per process, beside what one of 6 agents takes: each in its better place, which `--pin auto` finds.
+    let best = |agents: usize| {
+        let on = |place: &str| figures.step(&format!("{agents} agents{place}, recording"));
+        Some(on("")?.min(on(" on two cores").unwrap_or(f64::INFINITY)) / chain::nodes(agents) as f64)
     };
+    let grown = |agents| Some(Bound::Growth(best(agents)? / (figures.step(on)? / chain::NODES as f64), 1.3));
     let crowd = "100 agents, recording";
-    if let Some(bound) = grown("50 agents, recording", 50) {
-        row("50 agents, 103 processes, recording", "50 agents, recording", Some("yardstick of 50 agents"), bound);
+    if let Some(bound) = grown(50) {
+        let yardstick = Some("yardstick of 50 agents");
+        row("50 agents, 103 processes, recording", "50 agents, recording", yardstick, bound);
+        row("the same on two cores", "50 agents on two cores, recording", yardstick, bound);
     }
-    if let Some(bound) = grown(crowd, 100) {
-        row("100 agents, 203 processes, recording", crowd, Some("yardstick of 100 agents"), bound);
+    if let Some(bound) = grown(100) {
+        let yardstick = Some("yardstick of 100 agents");
+        row("100 agents, 203 processes, recording", crowd, yardstick, bound);
+        row("the same on two cores", "100 agents on two cores, recording", yardstick, bound);
     }
     let whole = [
         ("start of 203 processes", figures.median(crowd, |taken| taken.start), Bound::Seconds(5.0)),

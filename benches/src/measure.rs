@@ -45,6 +45,17 @@ pub(crate) struct Taken {
 
 /// In a process per node and one for the conductor, all on one core.
 pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recording) -> Result<Taken, Box<dyn Error>> {
+    processes_on(agents, steps, &[core], recording)
+}
+
+/// The same, moved to these cores as `phalanx run --pin auto` moves them if steps are shorter there.
+pub(crate) fn processes_on(
+    agents: usize,
+    steps: u64,
+    cores: &[usize],
+    recording: Recording,
+) -> Result<Taken, Box<dyn Error>> {
+    let (core, cores) = (*cores.first().ok_or("no core")?, cores.to_vec());
     let network = chain::network(agents);
     // The thread that compresses must not share the core of the participants.
     let mut log = beside_core(core, || Log::create(&network, recording))?;
@@ -59,6 +70,10 @@ pub(crate) fn processes(agents: usize, steps: u64, core: usize, recording: Recor
         }
         conductor.wait_ready(Duration::from_secs(60))?;
         let start = start.elapsed().as_secs_f64();
+        if cores.len() > 1 {
+            let turns = (0..chain::nodes(agents)).map(|node| cores[if node < 2 { 0 } else { node % cores.len() }]);
+            conductor.spread(&turns.collect::<Vec<_>>())?;
+        }
         conductor.set_recording(recording == Recording::On);
         let step = time(steps, || {
             let step = conductor.step()?;

@@ -11,6 +11,7 @@ use lockstep::{Fault, Io, Out, Participant, Slice, Step, Timing};
 
 use crate::contact::{Contact, open};
 use crate::frame::MAX_FRAME;
+use crate::health;
 use crate::link::{Connector, TcpConnector};
 use crate::message::Clock;
 use crate::settings::Settings;
@@ -152,7 +153,9 @@ pub fn participants(
         age,
         connected,
     };
-    Ok([Box::new(eyes), Box::new(Hand { bridge, period, input })])
+    // A lockstep run tells the same whether there are sockets or not.
+    let health = (settings.clock == Clock::Wall).then(|| Slice::new(0, 0, health::layout().words()));
+    Ok([Box::new(eyes), Box::new(Hand { bridge, period, input, health })])
 }
 
 /// Publishes the newest pose.
@@ -264,6 +267,8 @@ struct Hand {
     /// Length of a step, ns.
     period: u64,
     input: Slice,
+    /// Where it tells how the robot is.
+    health: Option<Slice>,
 }
 
 impl Participant for Hand {
@@ -279,6 +284,9 @@ impl Participant for Hand {
             core.attach(link);
         }
         core.command(stamp, io.slice(self.input));
+        if let Some(port) = self.health {
+            io.slice_mut(port).copy_from_slice(&health::sample(&core));
+        }
         Ok(())
     }
 }

@@ -34,6 +34,16 @@ pub(crate) struct Contact {
     /// Number of the last frame that was sent.
     sequence: u32,
     acknowledged: Option<u32>,
+    /// Number of the newest command, and when it was sent.
+    asked: Option<(u32, Instant)>,
+    /// Since when the robot owes an answer.
+    owing: Option<Instant>,
+    /// From a command to its answer, s, as it took last.
+    round_trip: f64,
+    /// Whether the robot carries out what it is told, by its newest answer.
+    obeys: bool,
+    /// Whether the newest thing that it was told is a command.
+    drives: bool,
     /// Pose frames that the emulator has sent by its last acknowledgement.
     frames: u32,
     /// The zero of the clock of the bridge.
@@ -59,6 +69,11 @@ impl Contact {
             link: None,
             sequence: 0,
             acknowledged: None,
+            asked: None,
+            owing: None,
+            round_trip: 0.0,
+            obeys: true,
+            drives: false,
             frames: 0,
             origin: Instant::now(),
             told: None,
@@ -81,13 +96,18 @@ impl Contact {
         self.origin.elapsed().as_nanos() as u64
     }
 
-    /// A period of the run.
-    pub(crate) fn period(&self) -> Duration {
-        Duration::from_nanos(self.period)
-    }
-
     pub(crate) fn is_connected(&self) -> bool {
         self.link.is_some()
+    }
+
+    /// Whether the robot carries out what it is told, by its newest answer.
+    pub(crate) fn obeys(&self) -> bool {
+        self.obeys
+    }
+
+    /// From a command to its answer, s, as it took last.
+    pub(crate) fn round_trip(&self) -> f64 {
+        self.round_trip
     }
 
     /// How long there has been no link.
@@ -106,7 +126,7 @@ impl Contact {
             }
         }
         self.link = Some(link);
-        (self.acknowledged, self.frames) = (None, 0);
+        (self.acknowledged, self.frames, self.asked, self.owing) = (None, 0, None, None);
     }
 
     /// Sends a command that holds from `stamp` on.
@@ -115,6 +135,10 @@ impl Contact {
         values[..inputs.len()].copy_from_slice(inputs);
         if self.send(&Message::Command { count: inputs.len(), inputs: values }, stamp) {
             self.counts.commands += 1;
+            self.drives = true;
+            let now = Instant::now();
+            self.asked = Some((self.sequence, now));
+            self.owing.get_or_insert(now);
         } else {
             self.counts.unsent += 1;
         }
@@ -162,6 +186,16 @@ impl Contact {
         match Message::of(frame) {
             Ok(Message::Acknowledge { applies, frames }) => {
                 self.counts.acknowledged += u64::from(applies);
+                if applies != self.obeys {
+                    self.obeys = applies;
+                    self.say(if applies { "it carries out commands again" } else { "it says that it is halted" });
+                }
+                match self.asked {
+                    Some((newest, sent)) if newest == frame.sequence => {
+                        (self.owing, self.round_trip) = (None, sent.elapsed().as_secs_f64());
+                    }
+                    _ => self.owing = self.owing.map(|_| Instant::now()),
+                }
                 (self.acknowledged, self.frames) = (Some(frame.sequence), frames);
             }
             Ok(Message::Refused { reason }) => self.say(&format!("refused: {reason}")),
@@ -209,13 +243,17 @@ impl Contact {
         }
     }
 
-    /// Halts the robot if it was not told anything for too long.
+    /// Halts the robot if it was not told anything for too long, and gives a link up on which nothing is answered: closed, it
+    /// makes the robot halt.
     pub(crate) fn watch(&mut self) {
-        let limit = self.period() * self.settings.watchdog_periods;
-        if self.told.is_some_and(|told| told.elapsed() > limit) {
-            if self.counts.commands > 0 {
-                self.counts.watchdog += 1;
-            }
+        let patience = self.settings.acknowledge_within;
+        if patience > 0.0 && self.owing.is_some_and(|since| since.elapsed().as_secs_f64() > patience) {
+            self.lose(&LinkError::Silent(patience));
+        }
+        let limit = Duration::from_nanos(self.period) * self.settings.watchdog_periods;
+        if self.link.is_some() && self.told.is_some_and(|told| told.elapsed() > limit) {
+            // Said again and again, but counted once.
+            self.counts.watchdog += u64::from(std::mem::take(&mut self.drives));
             self.halt();
         }
     }

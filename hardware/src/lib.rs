@@ -5,6 +5,7 @@ mod bridge;
 mod contact;
 mod emulator;
 pub mod frame;
+pub mod health;
 pub mod link;
 pub mod message;
 pub mod settings;

@@ -10,9 +10,6 @@ use thiserror::Error;
 
 use crate::frame::{Decoder, Frame, FrameError, MAX_FRAME};
 
-/// How long a frame may take to leave, before the other end counts as gone.
-const SEND_PATIENCE: Duration = Duration::from_millis(100);
-
 /// Why nothing can come over a link any more.
 #[derive(Debug, Error)]
 pub enum LinkError {
@@ -22,6 +19,9 @@ pub enum LinkError {
     /// What came is not a frame.
     #[error("what came is no frame: {0}")]
     Frame(#[from] FrameError),
+    /// Commands go in, and no answer comes out.
+    #[error("no command was acknowledged for {0} s")]
+    Silent(f64),
     /// The operating system says so.
     #[error(transparent)]
     System(#[from] io::Error),
@@ -29,10 +29,10 @@ pub enum LinkError {
 
 /// An open way for frames, in both directions and in order.
 pub trait Link: Send {
-    /// Sends a frame, within a tenth of a second.
+    /// Sends a frame, without waiting: the step of everybody else would wait, too.
     ///
     /// # Errors
-    /// [`LinkError`]; the link is of no use then.
+    /// [`LinkError`], also if the other end does not take what it is sent; the link is of no use then.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
 
     /// The next frame that arrives within `patience`; `None` if there is none. No patience: only what is there already.
@@ -67,8 +67,7 @@ impl TcpLink {
     /// What the operating system says.
     pub fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nodelay(true)?;
-        stream.set_nonblocking(false)?;
-        stream.set_write_timeout(Some(SEND_PATIENCE))?;
+        stream.set_nonblocking(true)?;
         Ok(Self { stream, decoder: Decoder::default() })
     }
 
@@ -97,7 +96,7 @@ impl Link for TcpLink {
             match self.stream.read(&mut bytes) {
                 Ok(0) => return Err(LinkError::Closed),
                 Ok(count) => self.decoder.push(&bytes[..count]),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock) => {}
                 Err(error) => return Err(error.into()),
             }
         }

@@ -32,6 +32,10 @@ pub struct Settings {
     /// After so many periods without a command, the bridge halts the robot.
     #[serde(default = "five")]
     pub watchdog_periods: u32,
+    /// A link on which no command is acknowledged for so long is closed, which halts the robot, s; 0: robots need not
+    /// acknowledge.
+    #[serde(default = "one")]
+    pub acknowledge_within: f64,
     /// The run ends if there was neither a valid pose nor a connection for so long, s.
     #[serde(default = "one")]
     pub lost_after: f64,
@@ -121,6 +125,7 @@ impl Settings {
             clock: wall(),
             allow_remote: false,
             watchdog_periods: five(),
+            acknowledge_within: one(),
             lost_after: one(),
             start_patience: ten(),
             deadline: two(),
@@ -196,8 +201,10 @@ impl Settings {
             let laboratory = emulator.laboratory.iter().flat_map(Laboratory::findings);
             findings.extend(laboratory.map(|(field, text)| (format!("emulator.laboratory.{field}"), text)));
         }
-        if !(self.mocap_latency.is_finite() && self.mocap_latency >= 0.0) {
-            findings.push(("mocap_latency".into(), format!("expected a number >= 0, found {}", self.mocap_latency)));
+        for (field, value) in [("mocap_latency", self.mocap_latency), ("acknowledge_within", self.acknowledge_within)] {
+            if !(value.is_finite() && value >= 0.0) {
+                findings.push((field.into(), format!("expected a number >= 0, found {value}")));
+            }
         }
         findings
     }

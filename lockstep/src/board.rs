@@ -14,7 +14,8 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
-use crate::cell::{ReadCell, SizeClass, WriteCell, class_for};
+pub(crate) use crate::cell::RING;
+use crate::cell::{Class, ReadRing, WriteRing, class_for};
 use crate::page::Page;
 use crate::plan::PlanError;
 use crate::{ChannelId, Header, Network, Node, Plan, Status, Store, directory};
@@ -24,8 +25,12 @@ const ROOT: &str = "iox";
 /// Readers and nodes that may join a service beyond those of the plan: tools that look on.
 const SPARE: usize = 4;
 
-/// Cells of a channel: the sample of step k is replaced by that of step k + `RING`.
-pub(crate) const RING: u64 = 8;
+/// What a service takes in shared memory, for the look at whether there is room: copies of every cell ...
+const CELL_COPIES: usize = 2;
+/// ... bytes for each reader ...
+const READER_BYTES: usize = 256;
+/// ... and bytes for everything else.
+const SERVICE_BYTES: usize = 32 << 10;
 
 /// A service that could not be created or opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,7 +50,7 @@ pub(crate) struct Hub {
 /// The cells of one channel, to write.
 pub(crate) struct ChannelWriter {
     channel: ChannelId,
-    cells: Vec<Box<dyn WriteCell>>,
+    cells: WriteRing,
 }
 
 /// The cells of one channel, to read.
@@ -55,7 +60,9 @@ pub(crate) struct ChannelReader {
     writer: usize,
     /// Which process of that node's worker.
     incarnation: u32,
-    cells: Vec<Box<dyn ReadCell>>,
+    /// Whether it writes at every step from the first.
+    always: bool,
+    cells: ReadRing,
 }
 
 /// A sample that is not the one that was due.
@@ -118,6 +125,11 @@ impl Hub {
         readers: usize,
     ) -> Result<Board<'a>, ServiceError> {
         let name = service_name(&network.nodes[node], incarnation);
+        let what = || format!("create service {name}");
+        let cells = network.nodes[node].outputs.iter().map(|&channel| Ok(class_of(network, channel)?.bytes()));
+        let cells: usize = cells.sum::<Result<usize, ServiceError>>()? * RING as usize;
+        directory::require_room(CELL_COPIES * cells + READER_BYTES * readers + SERVICE_BYTES)
+            .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let mut creator = self
             .node
@@ -125,13 +137,10 @@ impl Hub {
             .blackboard_creator::<u64>()
             .max_readers(readers + 1 + SPARE)
             .max_nodes(readers + 2 + SPARE);
-        for (port, &channel) in network.nodes[node].outputs.iter().enumerate() {
-            let class = class_of(network, channel)?;
-            for place in 0..RING {
-                creator = class.add(creator, key(port, place));
-            }
+        for (output, &channel) in network.nodes[node].outputs.iter().enumerate() {
+            creator = class_of(network, channel)?.add(creator, output);
         }
-        let service = creator.create().map_err(error(format!("create service {name}")))?;
+        let service = creator.create().map_err(error(what()))?;
         Ok(Board { network, node, incarnation, name, service })
     }
 
@@ -172,9 +181,8 @@ impl Board<'_> {
         let port = self.service.writer_builder().create().map_err(error(failed()))?;
         let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
         let open = |(output, &channel): (usize, &ChannelId)| {
-            let class = class_of(self.network, channel)?;
-            let cell = |place| class.writer(&port, key(output, place)).map_err(error(failed()));
-            Ok(ChannelWriter { channel, cells: (0..RING).map(cell).collect::<Result<_, _>>()? })
+            let cells = class_of(self.network, channel)?.writer(&port, output).map_err(error(failed()))?;
+            Ok(ChannelWriter { channel, cells })
         };
         outputs.map(open).collect()
     }
@@ -188,10 +196,9 @@ impl Board<'_> {
         let port = self.service.reader_builder().create().map_err(error(failed()))?;
         let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
         let open = |(output, &channel): (usize, &ChannelId)| {
-            let class = class_of(self.network, channel)?;
-            let cell = |place| class.reader(&port, key(output, place)).map_err(error(failed()));
-            let cells = (0..RING).map(cell).collect::<Result<_, _>>()?;
-            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, cells })
+            let cells = class_of(self.network, channel)?.reader(&port, output).map_err(error(failed()))?;
+            let always = self.network.nodes[self.node].always_runs();
+            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, always, cells })
         };
         outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
     }
@@ -204,9 +211,10 @@ impl ChannelWriter {
     }
 
     /// Publishes the sample of `step`, if there is one.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn publish(&mut self, store: &Store, step: u64) {
         if let Some(header) = store.header(self.channel, step) {
-            self.cells[(step % RING) as usize].write(header, store.read(self.channel, step));
+            self.cells.write(step, header, store.read(self.channel, step));
         }
     }
 }
@@ -216,9 +224,11 @@ impl ChannelReader {
     ///
     /// # Errors
     /// [`WrongStep`] if the cell holds another sample than the one that is due.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
-        let Some(expected) = network.nodes[self.writer].last_run(step) else { return Ok(()) };
-        let header = self.cells[(step % RING) as usize].read(store.write(self.channel, step));
+        let expected = if self.always { Some(step) } else { network.nodes[self.writer].last_run(step) };
+        let Some(expected) = expected else { return Ok(()) };
+        let header = self.cells.read(step, store.write(self.channel, step));
         // What stands in for a failed participant is as old as its last sample.
         if header.step != expected && header.status != Status::Stale as u32 {
             return Err(WrongStep { channel: self.channel, found: header.step, expected });
@@ -231,7 +241,7 @@ impl ChannelReader {
 impl ChannelReader {
     /// Copies whatever sample stands in the cell of `step` and returns its header, for those who only look on.
     pub(crate) fn peek(&self, step: u64, words: &mut [f64]) -> Header {
-        self.cells[(step % RING) as usize].read(words)
+        self.cells.read(step, words)
     }
 }
 
@@ -275,11 +285,7 @@ fn service_name(node: &Node, incarnation: u32) -> String {
     format!("{}/out.{incarnation}", node.name)
 }
 
-fn key(output: usize, place: u64) -> u64 {
-    RING * output as u64 + place
-}
-
-fn class_of(network: &Network, channel: ChannelId) -> Result<&'static dyn SizeClass, ServiceError> {
+fn class_of(network: &Network, channel: ChannelId) -> Result<Class, ServiceError> {
     let Some(channel) = network.channels.get(channel.0) else {
         return Err(ServiceError { what: format!("channel {}", channel.0), cause: "does not exist".into() });
     };

@@ -1,6 +1,8 @@
 //! The process that runs the others: creates what they share, starts them, beats the time, ends them.
 
 mod alarm;
+mod arrange;
+mod balance;
 mod child;
 mod crew;
 mod error;
@@ -19,18 +21,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use alarm::Interrupt;
-pub use error::{Death, Late, RunError};
+pub use arrange::Balanced;
+pub use error::{Activity, Death, Late, RunError};
 pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
 pub use replace::History;
 
 use alarm::Alarm;
+use arrange::Arrangement;
 use crew::Crew;
 use error::system;
 use tempo::Tempo;
 
 use crate::board::{ChannelReader, Hub, RING};
 use crate::page::Page;
-use crate::{Plan, RunDirectory, Store, cores};
+use crate::{Plan, RunDirectory, Store, directory};
 
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +76,7 @@ pub struct Conductor {
     settings: Settings,
     recording: bool,
     tempo: Tempo,
+    arrangement: Arrangement,
     /// How many steps the workers may be ahead of the step that is returned next.
     ahead: u64,
     ready: bool,
@@ -98,6 +103,7 @@ impl Conductor {
             }
         }
         directory.protect()?;
+        directory::require_room(room_of_workers(&plan)).map_err(system("start the processes of the run"))?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
         let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
@@ -113,6 +119,7 @@ impl Conductor {
             settings,
             recording: true,
             tempo: Tempo::new(),
+            arrangement: Arrangement::new(),
             ahead: RING - 1,
             ready: false,
             failed: false,
@@ -160,7 +167,8 @@ impl Conductor {
             self.look_around(0, None)?;
             let left = timeout.saturating_sub(start.elapsed());
             if left.is_zero() {
-                let missing = workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker));
+                let missing =
+                    workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker, None));
                 return Err(RunError::NotReady { missing: missing.collect(), waited: timeout });
             }
             page.sleep(rings, left);
@@ -186,6 +194,7 @@ impl Conductor {
         self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
         self.await_step(step)?;
         self.tempo.at(step, &self.crew.alarm.page);
+        self.arrange(step);
         if self.recording {
             for reader in &self.readers {
                 reader
@@ -237,16 +246,6 @@ impl Conductor {
         Interrupt(Arc::clone(&self.crew.alarm))
     }
 
-    /// Moves the process of a worker to another core.
-    ///
-    /// # Errors
-    /// [`RunError::System`] if the operating system refuses, or the worker is not spawned yet.
-    pub fn move_worker(&self, worker: usize, core: usize) -> Result<(), RunError> {
-        let failed = system(format!("move {} to core {core}", self.plan.workers[worker].name));
-        let pid = self.pid(worker).ok_or(std::io::ErrorKind::NotFound);
-        pid.map_err(Into::into).and_then(|pid| cores::move_to_core(pid, core)).map_err(failed)
-    }
-
     /// A handle to look at the run's counters, also from another thread.
     pub fn gauge(&self) -> Gauge {
         Gauge::new(Arc::clone(&self.crew.alarm), &self.plan)
@@ -262,6 +261,22 @@ impl Conductor {
         drop((readers, hub));
         Ok(directory.close()?)
     }
+}
+
+/// Bytes of shared memory that the workers will take for themselves: a small file for every service that each uses, and some.
+fn room_of_workers(plan: &Plan) -> usize {
+    /// What a file takes at least.
+    const FILE: usize = 4 << 10;
+    /// Files of a worker besides those of services.
+    const OTHERS: usize = 4;
+    let writers = plan.network.writers();
+    let of_worker = |nodes: &Vec<usize>| {
+        let inputs = nodes.iter().flat_map(|&node| &plan.network.nodes[node].inputs);
+        let read = inputs.filter_map(|input| writers[input.channel.0]);
+        let services: BTreeSet<usize> = read.chain(nodes.iter().copied()).collect();
+        (services.len() + OTHERS) * FILE
+    };
+    plan.workers.iter().map(|worker| of_worker(&worker.nodes)).sum()
 }
 
 /// How many worker processes read from each node's service, if each is replaced so often.

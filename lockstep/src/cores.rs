@@ -1,11 +1,9 @@
 //! Cores of the machine, by the numbers that the kernel gives them.
 
-mod probe;
 mod slot;
 
 use std::io;
 
-pub use probe::wake_up_time;
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 pub use slot::CoreSlot;

@@ -5,6 +5,8 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
+use rustix::fs::{FallocateFlags, fallocate, statvfs};
+
 /// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Its lock is held as long as the run lives.
@@ -89,7 +91,15 @@ impl RunDirectory {
             remove(&entry.path(), &name)?;
             removed.push(name);
         }
+        for (run, file) in all_shared_files()? {
+            // A run has its directory before, and longer than, its memory.
+            if !parent.path.join(&run).exists() {
+                tolerate_absence(fs::remove_file(&file)).map_err(at(&file, "remove"))?;
+                removed.push(run);
+            }
+        }
         removed.sort();
+        removed.dedup();
         Ok(removed)
     }
 
@@ -137,11 +147,13 @@ impl RunDirectory {
         self.remove()
     }
 
-    /// Takes from everybody else what iceoryx2 has opened to them: a counter of 16 bytes.
+    /// Takes from everybody else what iceoryx2 has opened to them: a counter of 16 bytes. And takes the memory that was only
+    /// promised so far: if others filled it meanwhile, whoever writes to it would be killed.
     pub(crate) fn protect(&self) -> Result<(), DirectoryError> {
         for path in shared_files(&self.name)? {
             let private = fs::Permissions::from_mode(0o600);
             tolerate_absence(fs::set_permissions(&path, private)).map_err(at(&path, "protect"))?;
+            tolerate_absence(reserve(&path)).map_err(at(&path, "reserve memory for"))?;
         }
         Ok(())
     }
@@ -161,6 +173,32 @@ impl Drop for RunDirectory {
         if !self.closed {
             let _ = self.remove();
         }
+    }
+}
+
+/// Whether there is room for `bytes` in shared memory.
+///
+/// # Errors
+/// Says how much there is and what to do. Without the question, the process would be killed by a SIGBUS when it writes.
+pub(crate) fn require_room(bytes: usize) -> io::Result<()> {
+    let shared = statvfs(SHARED_MEMORY)?;
+    let free = shared.f_bavail.saturating_mul(shared.f_frsize);
+    if bytes as u64 <= free {
+        return Ok(());
+    }
+    Err(io::Error::other(format!(
+        "{SHARED_MEMORY} is full: {} KiB are free, {} KiB are needed; `phalanx doctor` removes what dead runs have left there, \
+         and `mount -o remount,size=1G {SHARED_MEMORY}` (of a container: `--shm-size=1g`) makes it larger",
+        free >> 10,
+        bytes.div_ceil(1 << 10)
+    )))
+}
+
+fn reserve(path: &Path) -> io::Result<()> {
+    let file = OpenOptions::new().write(true).open(path)?;
+    match file.metadata()?.len() {
+        0 => Ok(()),
+        length => Ok(fallocate(&file, FallocateFlags::empty(), 0, length)?),
     }
 }
 
@@ -233,13 +271,21 @@ fn remove(path: &Path, run: &str) -> Result<(), DirectoryError> {
 
 /// The shared memory of a run.
 fn shared_files(run: &str) -> Result<Vec<PathBuf>, DirectoryError> {
+    let files = all_shared_files()?.into_iter();
+    Ok(files.filter(|(owner, _)| owner == run).map(|(_, path)| path).collect())
+}
+
+/// The shared memory of all runs of this user, with the names of the runs.
+fn all_shared_files() -> Result<Vec<(String, PathBuf)>, DirectoryError> {
     let shared_memory = Path::new(SHARED_MEMORY);
-    let prefix = prefix(run);
+    let prefix = prefix("");
+    let prefix = prefix.trim_end_matches('_');
     let mut files = Vec::new();
     for entry in fs::read_dir(shared_memory).map_err(at(shared_memory, "read"))? {
         let entry = entry.map_err(at(shared_memory, "read"))?;
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            files.push(entry.path());
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if let Some((run, _)) = name.strip_prefix(prefix).and_then(|rest| rest.split_once('_')) {
+            files.push((run.into(), entry.path()));
         }
     }
     Ok(files)

@@ -49,11 +49,11 @@ impl Place {
     pub(crate) fn new(network: &Network, node: usize) -> Self {
         let place = &network.nodes[node];
         let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();
-        let always = place.every <= 1 && place.offset == 0;
-        Self { node, ports: Ports::of(place), agents, always }
+        Self { node, ports: Ports::of(place), agents, always: place.always_runs() }
     }
 
     /// Whether the node runs at `step`. If it does not, its last outputs stand for this step too.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn is_due(&self, network: &Network, store: &mut Store, step: &Step) -> bool {
         let last_run = if self.always { Some(step.index) } else { network.nodes[self.node].last_run(step.index) };
         match last_run {
@@ -76,6 +76,7 @@ impl Place {
     ///
     /// # Errors
     /// If an output is not a finite number.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn finish(
         &self,
         network: &Network,

@@ -7,6 +7,10 @@
 //! Start with [`Participant`] and [`Network`]. To run a network in processes, spread its nodes over the workers of a [`Plan`],
 //! create a [`Conductor`] in a [`RunDirectory`], and have every spawned program call [`serve`]; the example `chain14` does
 //! all of this in a hundred lines.
+//!
+//! The functions of a worker's step carry `link_section = "lockstep_step"`: they stand together in the program, on four or five
+//! pages instead of one each. Where hundreds of processes take turns on a core, each fetches all that it touches anew, and
+//! pages are what costs most. SAFETY: the section is code, as `.text` is, of a name that nothing else uses.
 
 mod board;
 mod cell;
@@ -30,9 +34,10 @@ mod worker;
 pub use board::ServiceError;
 pub use cell::MAX_WORDS;
 pub use conductor::{
-    Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span, WorkerUsage,
+    Activity, Balanced, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot,
+    Span, WorkerUsage,
 };
-pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core, wake_up_time};
+pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
 pub use directory::{DirectoryError, RunDirectory};
 pub use layout::{Field, Layout, Shape};
 pub use local::{Local, StepError};

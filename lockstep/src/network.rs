@@ -55,6 +55,11 @@ pub struct Node {
 }
 
 impl Node {
+    /// Whether it runs at every step from the first.
+    pub(crate) fn always_runs(&self) -> bool {
+        self.every <= 1 && self.offset == 0
+    }
+
     /// The last step up to and including `step` at which the node runs; `None` before its first.
     pub fn last_run(&self, step: u64) -> Option<u64> {
         let since_offset = step.checked_sub(self.offset)?;

@@ -18,6 +18,7 @@ mod claim;
 mod memory;
 mod passing;
 mod repair;
+mod side;
 mod tally;
 
 use std::sync::atomic::{
@@ -47,6 +48,16 @@ pub(crate) enum FaultKind {
     Refusal = 1,
     /// A participant could not compute its step.
     Fault = 2,
+}
+
+/// How a worker has arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Arrival {
+    OneOfMany,
+    /// All others of its side had arrived, and those of another side had not: it is to watch, see [`Page::await_gate`].
+    LastOfSide,
+    /// All others had arrived, and it has let the run go on.
+    Last,
 }
 
 /// A worker's report.
@@ -136,6 +147,12 @@ impl Page {
             self.head().faults.fetch_sub(1, SeqCst);
         }
         slot.dismissed.store(0, SeqCst);
+        slot.process.store(0, SeqCst);
+    }
+
+    /// Whether a process has taken the place of a worker.
+    pub(crate) fn is_taken(&self, worker: usize) -> bool {
+        self.slot(worker).process.load(SeqCst) != 0
     }
 
     /// Whether a worker is connected.
@@ -166,7 +183,13 @@ impl Page {
 /// The workers' side.
 impl Page {
     /// Waits until a phase of `step` is open; `false` if there is no such step any more, or not for this worker.
-    pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64) -> bool {
+    ///
+    /// Before that, the worker watches for its side if it has to: since it left that phase of that step.
+    #[unsafe(link_section = "lockstep_step")]
+    pub(crate) fn await_gate(&self, worker: usize, phase: usize, step: u64, watch: Option<(usize, u64)>) -> bool {
+        if let Some((left, at)) = watch {
+            self.keep_watch(worker, left, at);
+        }
         let gate = &self.phase(phase).gate;
         let wanted = released(step);
         let mut may_pass = true;
@@ -184,13 +207,26 @@ impl Page {
             if std::mem::take(&mut may_pass) && self.pass_core_on() {
                 continue;
             }
-            // EAGAIN and EINTR mean: look again.
-            let _ = futex::wait(gate, futex::Flags::empty(), value, None);
+            self.sleep_at(worker, gate, value);
         }
     }
 
-    /// A worker, at `position` in a phase, is done with it; the last one lets the run go on and is told that it was.
-    pub(crate) fn arrive(&self, worker: usize, phase: usize, position: usize, step: u64) -> bool {
+    /// A worker, at `position` in a phase, is done with it; the last one lets the run go on.
+    #[unsafe(link_section = "lockstep_step")]
+    pub(crate) fn arrive(&self, worker: usize, phase: usize, position: usize, step: u64) -> Arrival {
+        let is_last_of_side = self.is_last_of_side(worker, phase);
+        if self.arrive_at(worker, phase, position, step) {
+            Arrival::Last
+        } else if is_last_of_side {
+            Arrival::LastOfSide
+        } else {
+            Arrival::OneOfMany
+        }
+    }
+
+    /// Sets the bit; whether the worker was the last one, and has let the run go on.
+    #[unsafe(link_section = "lockstep_step")]
+    fn arrive_at(&self, worker: usize, phase: usize, position: usize, step: u64) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
         let (word, bit) = (position / 64, 1 << (position % 64));
@@ -203,6 +239,7 @@ impl Page {
     }
 
     /// The step is complete: the next one may go if it is allowed, and the conductor is woken if it waits for this.
+    #[unsafe(link_section = "lockstep_step")]
     fn complete(&self, step: u64, claimant: u64) {
         let pace = &self.head().pace;
         let completed = step + 1;
@@ -214,6 +251,14 @@ impl Page {
         if completed == pace.wake_at.load(SeqCst) {
             self.ring();
         }
+    }
+
+    /// Takes the place of a worker for the process `pid`.
+    ///
+    /// # Errors
+    /// The process that has it already.
+    pub(crate) fn take_place(&self, worker: usize, pid: u32) -> Result<(), u32> {
+        self.slot(worker).process.compare_exchange(0, pid, SeqCst, SeqCst).map(drop)
     }
 
     /// This worker is connected.
@@ -244,6 +289,7 @@ impl Page {
 /// Both sides.
 impl Page {
     /// Wakes the conductor.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn ring(&self) {
         // The word changes first: who is about to sleep on the old value then does not.
         self.head().bell.fetch_add(1, SeqCst);
@@ -252,6 +298,7 @@ impl Page {
 
     /// All workers of a phase have arrived at `step`: lets the next phase run, or completes the step, unless somebody else
     /// does.
+    #[unsafe(link_section = "lockstep_step")]
     fn proceed(&self, phase: usize, step: u64, claimant: u64) -> bool {
         let is_last = phase + 1 == self.phases;
         let claim = if is_last { &self.head().pace.finish } else { &self.phase(phase + 1).claim };
@@ -261,19 +308,21 @@ impl Page {
         if is_last {
             self.complete(step, claimant);
         } else {
-            self.open_gate(phase + 1, step);
+            self.open_gate(phase + 1, step, claimant);
         }
         true
     }
 
     /// Opens the first gate of `step`, all before it being complete, unless somebody else does.
+    #[unsafe(link_section = "lockstep_step")]
     fn open_step(&self, step: u64, claimant: u64) {
         if self.phase(0).claim.take(step, claimant) {
-            self.open_gate(0, step);
+            self.open_gate(0, step, claimant);
         }
     }
 
     /// Whether all workers of a phase have arrived at the step of its gate.
+    #[unsafe(link_section = "lockstep_step")]
     fn have_all_arrived(&self, phase: usize) -> bool {
         let place = self.phase(phase);
         let members = place.members.load(SeqCst);
@@ -283,16 +332,18 @@ impl Page {
     }
 
     /// Opens a gate, at which all workers of the phase wait or will wait; nobody has arrived then. For who has claimed it.
-    fn open_gate(&self, phase: usize, step: u64) {
+    #[unsafe(link_section = "lockstep_step")]
+    fn open_gate(&self, phase: usize, step: u64, claimant: u64) {
         let place = self.phase(phase);
         let words = place.members.load(SeqCst).div_ceil(64) as usize;
         place.masks[..words].iter().for_each(|mask| mask.store(0, SeqCst));
+        self.clear_shares(phase);
         place.opened_at.store(ticks::now(), Relaxed);
         let gate = &place.gate;
         // Not a plain store: a stop that comes in between must stay.
         let before = gate.load(SeqCst);
         if before & STOP == 0 && gate.compare_exchange(before, released(step), SeqCst, SeqCst).is_ok() {
-            wake_all(gate);
+            self.wake_sides(phase, step, claim::worker(claimant));
         }
     }
 }
@@ -307,6 +358,7 @@ fn full(count: u32) -> u64 {
     u64::MAX.checked_shr(64 - count).unwrap_or(0)
 }
 
+#[unsafe(link_section = "lockstep_step")]
 fn wake_all(word: &AtomicU32) {
     let _ = futex::wake(word, futex::Flags::empty(), i32::MAX as u32);
 }

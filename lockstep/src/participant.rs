@@ -162,6 +162,7 @@ impl<'a> Io<'a> {
         self.store.mark(self.ports.outputs[signal.port]);
     }
 
+    #[inline]
     fn input(&self, port: usize) -> &[f64] {
         let (channel, timing) = self.ports.inputs[port];
         match timing {
@@ -170,6 +171,7 @@ impl<'a> Io<'a> {
         }
     }
 
+    #[inline]
     fn output(&mut self, port: usize) -> &mut [f64] {
         self.store.write(self.ports.outputs[port], self.step)
     }

@@ -14,6 +14,9 @@ use crate::{ChannelId, LoopError, MAX_WORDS, Network};
 /// Name of the plan's file within the run directory.
 pub(crate) const PLAN_FILE: &str = "plan.json";
 
+/// How a plan is written down; another number is another way.
+const FORMAT: u32 = 2;
+
 /// Most processes that can meet in one phase.
 pub(crate) const MAX_MEMBERS: usize = 4096;
 
@@ -29,6 +32,7 @@ pub struct WorkerPlan {
 /// Everything that a process of a run must know; written as `plan.json` into the run directory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
+    format: u32,
     /// Name of the run; its directory's name.
     pub run: String,
     /// Nodes and channels.
@@ -45,6 +49,8 @@ pub struct Plan {
     pub workers: Vec<WorkerPlan>,
     /// How many of its last runs every worker keeps for a trace; 0 at first, and without influence on any result.
     pub traced: u32,
+    /// SHA-256 of the text that the participants are built from; empty if there is none.
+    source: String,
     digest: String,
 }
 
@@ -93,6 +99,17 @@ pub enum PlanError {
         /// Why.
         source: std::io::Error,
     },
+    /// The text that participants are built from is not that of the run.
+    #[error(
+        "its text is not the one that the run was started with (sha256 {found:.16}, not {expected:.16}): somebody has changed \
+         it; start the run anew"
+    )]
+    Source {
+        /// The digest that the plan tells.
+        expected: String,
+        /// That of the text.
+        found: String,
+    },
     /// The file is not a plan, or that of another version.
     #[error("{path} is no plan of this version: {reason}")]
     Format {
@@ -123,8 +140,9 @@ impl Plan {
         }
         // The division of two integers below 2^53 is the double nearest to the decimal number that people write.
         let dt = period_ns as f64 / 1e9;
-        let (run, digest) = (run.into(), String::new());
-        let mut plan = Self { run, network, phases, period_ns, dt, steps, workers, traced: 0, digest };
+        let (format, traced) = (FORMAT, 0);
+        let (run, source, digest) = (run.into(), String::new(), String::new());
+        let mut plan = Self { format, run, network, phases, period_ns, dt, steps, workers, traced, source, digest };
         plan.digest = plan.compute_digest();
         match (0..plan.phase_count()).find(|&phase| plan.members(phase).len() > MAX_MEMBERS) {
             Some(phase) => {
@@ -137,6 +155,31 @@ impl Plan {
     /// SHA-256 of what is computed: network, step and number of steps, but neither the name of the run nor the grouping.
     pub fn digest(&self) -> &str {
         &self.digest
+    }
+
+    /// Binds the plan to the text that the participants are built from.
+    pub fn bind_source(&mut self, text: &str) {
+        self.source = sha256(text.as_bytes());
+    }
+
+    /// Whether this is the text that the participants are to be built from.
+    ///
+    /// # Errors
+    /// [`PlanError::Source`] if the plan is bound to another one.
+    pub fn check_source(&self, text: &str) -> Result<(), PlanError> {
+        let found = sha256(text.as_bytes());
+        match self.source == found || self.source.is_empty() {
+            true => Ok(()),
+            false => Err(PlanError::Source { expected: self.source.clone(), found }),
+        }
+    }
+
+    /// Tells plans apart whose processes must not meet: what is computed, from what, and by whom.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let content = (&self.run, &self.digest, &self.source, &self.workers);
+        // Strings and integers: encoding cannot fail.
+        let digest = Sha256::digest(serde_json::to_vec(&content).unwrap_or_default());
+        digest.iter().take(8).fold(0, |number, &byte| number << 8 | u64::from(byte))
     }
 
     /// Number of phases of a step.
@@ -191,8 +234,13 @@ impl Plan {
     pub fn read(directory: &Path) -> Result<Self, PlanError> {
         let path = directory.join(PLAN_FILE);
         let text = std::fs::read(&path).map_err(|source| PlanError::File { path: path.clone(), source })?;
-        let plan: Self = serde_json::from_slice(&text)
-            .map_err(|error| PlanError::Format { path: path.clone(), reason: error.to_string() })?;
+        let no_plan = |reason: String| PlanError::Format { path: path.clone(), reason };
+        let Written { format } = serde_json::from_slice(&text).map_err(|error| no_plan(error.to_string()))?;
+        if format != FORMAT {
+            let advice = "build all programs of the run from the same version of Phalanx";
+            return Err(no_plan(format!("it has format {format}, this program knows {FORMAT}; {advice}")));
+        }
+        let plan: Self = serde_json::from_slice(&text).map_err(|error| no_plan(error.to_string()))?;
         if plan.compute_digest() != plan.digest {
             return Err(PlanError::Format { path, reason: "its digest does not fit its content".into() });
         }
@@ -202,9 +250,18 @@ impl Plan {
     fn compute_digest(&self) -> String {
         let content = (&self.network, &self.phases, self.period_ns, self.dt.to_bits(), self.steps);
         // Strings, integers and vectors of them: encoding cannot fail.
-        let bytes = serde_json::to_vec(&content).unwrap_or_default();
-        Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+        sha256(&serde_json::to_vec(&content).unwrap_or_default())
     }
+}
+
+/// The part of a plan that tells how the rest is written.
+#[derive(Deserialize)]
+struct Written {
+    format: u32,
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn check_network(network: &Network) -> Result<(), PlanError> {

@@ -9,34 +9,53 @@ use crate::{ChannelId, Header, Layout, Status, Timing};
 #[derive(Debug)]
 pub struct Store {
     words: Vec<f64>,
-    /// Start of the channel's even-step buffer; the odd-step buffer follows it.
-    spans: Vec<(usize, usize)>,
-    /// Headers of the even-step and the odd-step sample of every channel, once there are such samples.
-    headers: Vec<[Option<Header>; 2]>,
+    /// Where the channels are among `slots`.
+    index: Vec<u32>,
+    slots: Vec<Slot>,
     zeros: Vec<f64>,
-    /// Channels whose sample in the making is not new.
-    marked: Vec<bool>,
+}
+
+/// What there is of a channel besides its words.
+#[derive(Clone, Debug, Default)]
+struct Slot {
+    /// Start of the even-step buffer within the words; the odd-step buffer follows it.
+    start: usize,
+    /// Words of a sample.
+    length: usize,
+    /// Headers of the even-step and the odd-step sample, once there are such samples.
+    headers: [Option<Header>; 2],
+    /// Whether the sample in the making is not new.
+    marked: bool,
 }
 
 impl Store {
     /// A store for channels of these layouts, all zeros.
     pub fn new<'a>(layouts: impl IntoIterator<Item = &'a Layout>) -> Self {
-        let mut spans = Vec::new();
-        let mut start = 0;
-        let mut longest = 0;
-        for layout in layouts {
-            let length = layout.words();
-            spans.push((start, length));
+        Self::with_some(layouts.into_iter().map(Some))
+    }
+
+    /// A store in which there is room for some of the channels only; the others are of no length.
+    pub(crate) fn with_some<'a>(layouts: impl IntoIterator<Item = Option<&'a Layout>>) -> Self {
+        // The first one stands for all that are not there.
+        let mut slots = vec![Slot::default()];
+        let (mut start, mut longest) = (0, 0);
+        let mut place = |layout: Option<&Layout>| {
+            let Some(length) = layout.map(Layout::words) else { return 0 };
+            slots.push(Slot { start, length, ..Slot::default() });
             start += 2 * length;
             longest = longest.max(length);
-        }
-        Self {
-            words: vec![0.0; start],
-            headers: vec![[None; 2]; spans.len()],
-            marked: vec![false; spans.len()],
-            spans,
-            zeros: vec![0.0; longest],
-        }
+            slots.len() as u32 - 1
+        };
+        let index = layouts.into_iter().map(&mut place).collect();
+        Self { words: vec![0.0; start], index, slots, zeros: vec![0.0; longest] }
+    }
+
+    fn slot(&self, channel: ChannelId) -> &Slot {
+        &self.slots[self.index[channel.0] as usize]
+    }
+
+    fn slot_mut(&mut self, channel: ChannelId) -> &mut Slot {
+        &mut self.slots[self.index[channel.0] as usize]
     }
 
     /// The sample of `step`.
@@ -49,7 +68,7 @@ impl Store {
     pub fn read_before(&self, channel: ChannelId, step: u64) -> &[f64] {
         match step.checked_sub(1) {
             Some(before) => self.read(channel, before),
-            None => &self.zeros[..self.spans[channel.0].1],
+            None => &self.zeros[..self.slot(channel).length],
         }
     }
 
@@ -91,22 +110,22 @@ impl Store {
 
     /// The header of the sample of `step`; `None` if the channel's writer has not run yet.
     pub fn header(&self, channel: ChannelId, step: u64) -> Option<&Header> {
-        self.headers[channel.0][(step % 2) as usize].as_ref()
+        self.slot(channel).headers[(step % 2) as usize].as_ref()
     }
 
     /// Gives the sample of `step` its header.
     pub fn stamp(&mut self, channel: ChannelId, step: u64, header: Header) {
-        self.headers[channel.0][(step % 2) as usize] = Some(header);
+        self.slot_mut(channel).headers[(step % 2) as usize] = Some(header);
     }
 
     /// Says that the sample of a channel that is being made is not new.
     pub(crate) fn mark(&mut self, channel: ChannelId) {
-        self.marked[channel.0] = true;
+        self.slot_mut(channel).marked = true;
     }
 
     /// Whether that was said; it is forgotten then.
     pub(crate) fn take_mark(&mut self, channel: ChannelId) -> bool {
-        std::mem::take(&mut self.marked[channel.0])
+        std::mem::take(&mut self.slot_mut(channel).marked)
     }
 
     /// Lets the sample of the step before stand for `step` too: same numbers, same time stamp, with the status that says why.
@@ -123,7 +142,7 @@ impl Store {
     }
 
     fn span(&self, channel: ChannelId, step: u64) -> (usize, usize) {
-        let (start, length) = self.spans[channel.0];
+        let &Slot { start, length, .. } = self.slot(channel);
         (start + (step % 2) as usize * length, length)
     }
 }

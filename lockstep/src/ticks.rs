@@ -34,6 +34,11 @@ impl Rate {
         self.instant.elapsed().as_secs_f64() / ticks as f64
     }
 
+    /// A time as a number of ticks.
+    pub(crate) fn ticks(&self, time: Duration) -> u64 {
+        (time.as_secs_f64() / self.seconds_per_tick()) as u64
+    }
+
     /// A number of ticks as time.
     pub(crate) fn duration(&self, ticks: u64) -> Duration {
         Duration::from_secs_f64((ticks as f64 * self.seconds_per_tick()).clamp(0.0, 1e9))

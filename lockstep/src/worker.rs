@@ -134,6 +134,10 @@ impl Worker {
         }
         let page = adopt(self::number(PAGE_FD)?).and_then(|file| Page::open(file, &plan));
         let page = page.map_err(|error| format!("{PAGE_FD} is not the page of the run: {error}"))?;
+        page.take_place(number, std::process::id()).map_err(|other| {
+            let name = &plan.workers[number].name;
+            format!("process {other} is {name} of this run already; {name} was started twice")
+        })?;
         Ok(Self { directory, plan, number, page, orders: Orders::find()? })
     }
 

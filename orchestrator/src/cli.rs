@@ -3,7 +3,6 @@
 mod documents;
 mod engine;
 mod look;
-mod pipe;
 mod player;
 mod profile;
 mod robot;
@@ -20,7 +19,6 @@ use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
-use pipe::end_with_the_reader;
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
@@ -28,8 +26,8 @@ pub(crate) use watch::WatchArgs;
 
 use crate::commands;
 use crate::failure::Failure;
-use crate::logging;
 use crate::placement::Placement;
+use crate::{leftovers, logging};
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
@@ -307,9 +305,17 @@ pub(crate) struct DoctorArgs {
     pub(crate) json: bool,
 }
 
+impl Command {
+    /// Whether it first removes what dead runs have left: all that a person calls, unless that is what it is for.
+    fn is_to_sweep(&self) -> bool {
+        let cleans_itself = matches!(self, Command::Doctor(_));
+        let is_part = matches!(self, Command::Participant(_) | Command::Bridge { .. } | Command::Supervise(_));
+        !cleans_itself && !is_part
+    }
+}
+
 /// Runs the program and returns its exit code.
 pub fn main() -> ExitCode {
-    end_with_the_reader();
     let cli = Cli::parse();
     let (quiet, directory) = match &cli.command {
         Command::Run(args) => (args.quiet, args.log_dir.as_deref()),
@@ -322,6 +328,9 @@ pub fn main() -> ExitCode {
     {
         eprintln!("error: {failure}");
         return ExitCode::from(failure.exit_code());
+    }
+    if cli.command.is_to_sweep() {
+        leftovers::sweep_silently();
     }
     let result = match cli.command {
         Command::List(args) => commands::list::list(&args),
@@ -348,7 +357,9 @@ pub fn main() -> ExitCode {
         Command::Recover(args) => commands::recover::recover(&args),
         Command::Doctor(args) => commands::doctor::doctor(&args),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut std::io::stdout());
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut script);
+            print!("{}", String::from_utf8_lossy(&script));
             Ok(())
         }
         Command::Robot(args) => commands::robot::robot(&args),
@@ -362,6 +373,9 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
                 eprintln!("error: {failure}");
+            }
+            if let Some(advice) = failure.advice() {
+                eprintln!("help: {advice}");
             }
             ExitCode::from(failure.exit_code())
         }

@@ -13,9 +13,9 @@ use lockstep::{
 use crate::control::Stop;
 use crate::failure::Failure;
 use crate::logging;
-use crate::pinning::{Home, Spread};
+use crate::pinning::{Home, describe};
 use crate::placement::Placement;
-use crate::robots::{Robots, add_hands};
+use crate::robots::{Robots, place_hands, with_hands};
 use crate::stress::Stress;
 use crate::swap::Swap;
 use crate::urgency::Urgency;
@@ -105,8 +105,9 @@ impl Cast {
     }
 }
 
-/// How often every process may be swapped while the run goes on, besides its restarts.
-const SWAPS: u32 = 8;
+/// How often every process may be started anew for swaps while the run goes on, besides its restarts. One that succeeds takes
+/// one start, one that fails two.
+const SWAPS: u32 = 16;
 
 impl Engine {
     /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
@@ -138,16 +139,17 @@ impl Engine {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let mut network = assembly.network.clone();
-        add_hands(&mut network, &mut workers, &staging.swaps);
+        let network = with_hands(&assembly.network, &staging.swaps);
+        place_hands(&network, &mut workers, &staging.swaps);
         let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
         plan.traced = staging.traced;
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&assembly.scenario.name)?;
         let path = directory.path().join(SCENARIO_FILE);
-        std::fs::write(&path, assembly.scenario.to_toml())
-            .map_err(Failure::system(format!("write {}", path.display())))?;
+        let text = assembly.scenario.to_toml();
+        std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
+        plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let settings = Settings {
             deadline: Duration::from_secs_f64(staging.on_failure.deadline),
@@ -184,27 +186,22 @@ impl Engine {
         Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
     }
 
-    /// Moves processes to other cores of `cores` if what they have computed so far shows that it pays; says what was chosen.
-    ///
-    /// # Errors
-    /// [`Failure`] if the machine cannot be measured or a process cannot be moved.
-    pub fn settle(&self, cores: &[usize]) -> Result<Option<String>, Failure> {
-        let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self else { return Ok(None) };
-        let plan = conductor.plan();
-        let spread = Spread::measure(plan, &conductor.gauge().read(), slot.core, cores)?;
-        let figures = format!(
-            "other cores would save {:.0} us of computing per step and cost {:.0} us of wake-ups",
-            spread.gain * 1e6,
-            spread.cost * 1e6
-        );
-        if !spread.pays() {
-            let shared = if slot.shared { ", which it shares with another run" } else { "" };
-            return Ok(Some(format!("all processes on core {}{shared}: {figures}", slot.core)));
+    /// From now on it is tried on how many of `cores` steps are shortest, if nobody else has chosen where the processes run.
+    pub fn balance(&mut self, cores: &[usize]) {
+        if let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self {
+            let others = cores.iter().copied().filter(|&core| core != slot.core);
+            conductor.balance(std::iter::once(slot.core).chain(others).collect());
         }
-        for (worker, &core) in spread.cores.iter().enumerate() {
-            conductor.move_worker(worker, core)?;
+    }
+
+    /// Where the processes are and why, if that was tried.
+    pub fn balanced(&self) -> Option<String> {
+        match self {
+            Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } => {
+                describe(&conductor.balanced()?, slot.shared)
+            }
+            _ => None,
         }
-        Ok(Some(format!("processes spread over {} cores: {figures}", cores.len())))
     }
 
     /// Runs one step of everybody and returns its number.
@@ -256,14 +253,18 @@ impl Engine {
         }
     }
 
-    /// From now on this program plays its participant. Returns the worker that it is to replace; `None` if the participant
-    /// shares its process with others.
-    pub(crate) fn take_on(&mut self, swap: Swap) -> Option<usize> {
-        let Engine::Processes { conductor, cast, .. } = self else { return None };
-        let worker = conductor.plan().workers.iter().position(|worker| worker.name == swap.node)?;
-        cast.swaps.retain(|other| other.node != swap.node);
-        cast.swaps.push(swap);
-        Some(worker)
+    /// The worker that hosts this participant and nobody else.
+    pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
+        let Engine::Processes { conductor, .. } = self else { return None };
+        conductor.plan().workers.iter().position(|worker| worker.name == node)
+    }
+
+    /// From now on this program plays the participant, or with `None` ours. Returns which one did before.
+    pub(crate) fn take_on(&mut self, node: &str, swap: Option<Swap>) -> Option<Swap> {
+        let Engine::Processes { cast, .. } = self else { return None };
+        let before = cast.swaps.iter().position(|other| other.node == node).map(|place| cast.swaps.remove(place));
+        cast.swaps.extend(swap);
+        before
     }
 
     /// How many steps are done.

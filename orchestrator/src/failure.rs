@@ -1,11 +1,15 @@
 //! Why a command did not succeed, and the exit code that tells.
 
 use formation::config::Problem;
-use lockstep::{DirectoryError, RunError};
+use lockstep::{Death, DirectoryError, RunError};
+use rustix::io::Errno;
 
 use crate::log::LogError;
 use crate::metrics::MetricError;
 use crate::replay::ReplayError;
+
+/// Number of the signal.
+const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();
 
 /// Why a command ended without success.
 #[derive(Debug, thiserror::Error)]
@@ -70,6 +74,16 @@ impl Failure {
         }
     }
 
+    /// What to do about it, if there is more to say than the error does.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Failure::Run(error) => of_run(error),
+            Failure::Log(LogError::Write { source, .. }) => of_system(source),
+            Failure::System { source, .. } => of_system(source),
+            _ => None,
+        }
+    }
+
     /// For `map_err`: an error of the operating system with what was tried.
     pub fn system(action: impl Into<String>) -> impl FnOnce(std::io::Error) -> Self {
         let action = action.into();
@@ -118,6 +132,37 @@ impl From<DirectoryError> for Failure {
     fn from(error: DirectoryError) -> Self {
         Self::Run(error.into())
     }
+}
+
+fn of_run(error: &RunError) -> Option<&'static str> {
+    Some(match error {
+        RunError::Died { death: Death::Signal(SIGBUS), .. } => {
+            "a SIGBUS mostly means that /dev/shm is full: `df -h /dev/shm` tells, `phalanx doctor` removes what dead runs have left"
+        }
+        RunError::Died { step: None, .. } | RunError::NotReady { .. } => {
+            "`phalanx conform` tries a program point by point; `-v` shows what every process does while it starts"
+        }
+        RunError::Died { .. } => {
+            "`--on-failure restart` starts who dies anew and goes on; `--log-dir DIR` keeps all that every process prints"
+        }
+        RunError::Deadline { .. } => {
+            "`--deadline SECONDS` gives a step more time; `--on-failure restart` starts who hangs anew and goes on"
+        }
+        RunError::Fault { .. } => "the log holds every step before: `phalanx report LOG` shows how it came to this",
+        RunError::System { source, .. } => return of_system(source),
+        _ => return None,
+    })
+}
+
+fn of_system(error: &std::io::Error) -> Option<&'static str> {
+    Some(match Errno::from_io_error(error)? {
+        Errno::NOSPC | Errno::DQUOT => {
+            "make room, or write elsewhere with `--out FILE`; `phalanx recover` closes what was written so far"
+        }
+        Errno::ROFS | Errno::ACCESS | Errno::PERM => "`--out FILE` writes the log elsewhere",
+        Errno::MFILE | Errno::NFILE => "a run needs about 20 files per process: `ulimit -n 4096` allows more",
+        _ => return None,
+    })
 }
 
 fn list(problems: &[Problem]) -> String {

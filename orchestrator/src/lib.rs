@@ -1,5 +1,9 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
 
+// First, so that its macros are known in all that follows.
+#[macro_use]
+mod printing;
+
 pub mod assertions;
 pub mod catalog;
 pub mod claims;
@@ -13,6 +17,7 @@ mod export;
 pub mod failure;
 mod figures;
 mod layouts;
+mod leftovers;
 pub mod log;
 pub mod logging;
 pub mod metrics;
@@ -20,6 +25,7 @@ pub mod pinning;
 pub mod placement;
 pub mod profile;
 mod progress;
+mod recording;
 mod recovery;
 pub mod replay;
 pub mod report;

@@ -68,6 +68,8 @@ pub fn start(choice: &Choice) -> Result<(), Failure> {
     })?;
     let colour = coloured();
     let stderr = layer().without_time().with_ansi(colour).with_target(false).with_writer(Named { colour });
+    // Else it would complain, and panic, on a terminal that was closed.
+    let stderr = stderr.log_internal_errors(false);
     let file = choice.directory.map(own_file).transpose()?;
     let file = file.map(|file| layer().with_ansi(false).with_writer(std::sync::Mutex::new(file)));
     // A program that embeds this one may have set its own stream already; then that is the one.

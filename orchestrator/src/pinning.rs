@@ -2,22 +2,14 @@
 
 use std::time::Duration;
 
-use lockstep::{CoreSlot, Plan, Snapshot, allowed_cores, keep_off_core, wake_up_time};
+use lockstep::{Balanced, CoreSlot, allowed_cores, keep_off_core};
 
 use crate::failure::Failure;
-
-/// Steps after which `auto` knows what participants compute.
-pub const MEASURED_STEPS: u64 = 200;
-/// Wake-ups across cores per phase of a step, as far as they cannot hide behind each other. Measured on two cores: with 19
-/// processes in 4 phases, spreading cost 1.5 wake-ups per phase.
-const WAKE_UPS_PER_PHASE: f64 = 1.5;
-/// The gain must exceed the cost by this factor, since both are measured in a short time.
-const MARGIN: f64 = 1.2;
 
 /// What the command line asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pin {
-    /// One core, or several if the participants compute so much that it pays; measured.
+    /// One core, or several if steps are shorter there; tried while the run goes on.
     #[default]
     Auto,
     /// The operating system decides.
@@ -77,95 +69,43 @@ pub struct Home {
     pub slot: Option<CoreSlot>,
 }
 
-/// How processes may be spread, and what it would bring per step.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
-    /// The core of every worker.
-    pub cores: Vec<usize>,
-    /// Computing time that is saved, s.
-    pub gain: f64,
-    /// What the wake-ups across cores cost, s.
-    pub cost: f64,
-}
-
-impl Spread {
-    /// Measures this machine, and weighs what the participants have computed so far on `core`, one of `cores`.
-    ///
-    /// # Errors
-    /// [`Failure::System`] if the machine cannot be measured.
-    pub fn measure(plan: &Plan, snapshot: &Snapshot, core: usize, cores: &[usize]) -> Result<Self, Failure> {
-        let failed = || Failure::system("measure the wake-ups of this machine");
-        let others: Vec<usize> = cores.iter().copied().filter(|&other| other != core).collect();
-        let Some(&other) = others.first() else {
-            return Ok(Self { cores: vec![core; plan.workers.len()], gain: 0.0, cost: 0.0 });
-        };
-        let near = wake_up_time(core, core).map_err(failed())?;
-        let far = wake_up_time(core, other).map_err(failed())?;
-        let compute =
-            snapshot.workers.iter().map(|usage| usage.compute.as_secs_f64() / snapshot.completed.max(1) as f64);
-        let order: Vec<usize> = std::iter::once(core).chain(others).collect();
-        Ok(Self::plan(plan, &compute.collect::<Vec<_>>(), &order, far.saturating_sub(near)))
-    }
-
-    /// Spreads workers that compute so many seconds per step over `cores`; a wake-up across them takes `dearer` more.
-    fn plan(plan: &Plan, compute: &[f64], cores: &[usize], dearer: Duration) -> Self {
-        let mut chosen = vec![cores[0]; compute.len()];
-        let mut gain = 0.0;
-        for phase in 0..plan.phase_count() {
-            let mut members = plan.members(phase);
-            // The longest first, each to the core that has least to do.
-            members.sort_by(|&a, &b| compute[b].total_cmp(&compute[a]));
-            let mut loads = vec![0.0; cores.len()];
-            for worker in members {
-                let least = (0..cores.len()).min_by(|&a, &b| f64::total_cmp(&loads[a], &loads[b])).unwrap_or(0);
-                loads[least] += compute[worker];
-                chosen[worker] = cores[least];
-            }
-            gain += loads.iter().sum::<f64>() - loads.iter().copied().fold(0.0, f64::max);
-        }
-        let cost = WAKE_UPS_PER_PHASE * plan.phase_count() as f64 * dearer.as_secs_f64();
-        Self { cores: chosen, gain, cost }
-    }
-
-    /// Whether spreading pays.
-    pub fn pays(&self) -> bool {
-        self.gain > MARGIN * self.cost && self.cores.iter().any(|core| *core != self.cores[0])
-    }
+/// What the search for the best number of cores has come to, for people; `None` if nothing was tried.
+pub(crate) fn describe(balanced: &Balanced, is_shared: bool) -> Option<String> {
+    let micros = |time: Duration| format!("{:.0} us", time.as_secs_f64() * 1e6);
+    let cores: Vec<String> = balanced.cores.iter().map(usize::to_string).collect();
+    let shared = if is_shared { ", which it shares with another run" } else { "" };
+    Some(match (balanced.alone?, balanced.tried, cores.as_slice()) {
+        (alone, Some((count, time)), [core]) => format!(
+            "all processes on core {core}{shared}: a step took {} there and {} on {count} cores",
+            micros(alone),
+            micros(time)
+        ),
+        (alone, Some((count, time)), cores) => format!(
+            "processes on cores {}: a step took {} on {count} cores and {} on one",
+            cores.join(" and "),
+            micros(time),
+            micros(alone)
+        ),
+        (alone, None, [core]) => format!("all processes on core {core}{shared}: a step took {} there", micros(alone)),
+        (_, None, _) => return None,
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use lockstep::{Channel, ChannelId, Input, Layout, Network, Node, Timing, WorkerPlan};
-
     use super::*;
 
-    /// One worker that six others wait for.
-    fn plan() -> Plan {
-        let channel = |index| Channel { topic: format!("/c{index}"), agent: 0, layout: Layout::default() };
-        let node = |index: usize| Node {
-            name: format!("n{index}"),
-            inputs: (index > 0)
-                .then_some(Input { channel: ChannelId(0), timing: Timing::SameStep })
-                .into_iter()
-                .collect(),
-            outputs: vec![ChannelId(index)],
-            every: 1,
-            offset: 0,
-        };
-        let network = Network { channels: (0..7).map(channel).collect(), nodes: (0..7).map(node).collect() };
-        let workers = (0..7).map(|index| WorkerPlan { name: format!("w{index}"), nodes: vec![index] });
-        Plan::new("spread", network, 1000, 1, workers.collect()).unwrap()
-    }
-
     #[test]
-    fn much_work_is_spread_and_little_is_not() {
-        let dearer = Duration::from_micros(20);
-        let heavy = Spread::plan(&plan(), &[100e-6; 7], &[4, 2], dearer);
-        assert!(heavy.pays());
-        assert!((heavy.gain - 300e-6).abs() < 1e-12 && (heavy.cost - 60e-6).abs() < 1e-12, "{heavy:?}");
-        assert_eq!(heavy.cores.iter().filter(|core| **core == 4).count(), 4);
-        assert!(!Spread::plan(&plan(), &[1e-6; 7], &[4, 2], dearer).pays());
-        assert!(!Spread::plan(&plan(), &[1.0; 7], &[4], dearer).pays());
+    fn the_choice_is_told_with_its_reason() {
+        let (alone, tried) = (Some(Duration::from_micros(940)), Some((2, Duration::from_micros(500))));
+        let told = describe(&Balanced { cores: vec![1, 0], alone, tried }, false).unwrap();
+        assert_eq!(told, "processes on cores 1 and 0: a step took 500 us on 2 cores and 940 us on one");
+        let told = describe(&Balanced { cores: vec![1], alone, tried }, true).unwrap();
+        assert!(
+            told.starts_with("all processes on core 1, which it shares with another run: a step took 940 us"),
+            "{told}"
+        );
+        assert_eq!(describe(&Balanced { cores: vec![1], alone: None, tried: None }, false), None);
     }
 
     #[test]

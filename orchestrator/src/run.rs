@@ -1,30 +1,31 @@
 //! One run, from the first step to the closed log.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
-use lockstep::{ChannelId, Header, RunError, Snapshot, Status, Store, Tap};
+use lockstep::{RunError, Snapshot, Tap};
 
 use crate::assertions::{self, Findings, Guard, Watch};
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
 use crate::engine::{Engine, Staging, cores};
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, LogError, Recorder, RunInfo, Summary};
-use crate::pinning::{Home, MEASURED_STEPS, Pin};
+use crate::log::{Recorder, Summary};
+use crate::pinning::{Home, Pin};
 use crate::placement::Placement;
 use crate::profile::{TRACED_RUNS, write_trace};
 use crate::progress::Progress;
+use crate::recording::{create_log, record};
 use crate::recovery::Recovery;
+use crate::robots::{Journal, with_hands};
 use crate::scene::Scene;
 use crate::stress::Stress;
 use crate::swap::{RobotSwap, Swap};
 use crate::urgency::Urgency;
 
 /// Why a participant of a run that goes on keeps its program.
-const NOT_SWAPPED: &str = "it shares its process with others, or the run is not recorded: nothing was changed";
+const NOT_RECORDED: &str = "the run is not recorded, and a new program needs the steps so far: nothing was changed";
 
 /// How a run is carried out. None of it changes a bit of the log.
 #[derive(Clone, Debug)]
@@ -131,9 +132,10 @@ impl Outcome {
 pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) -> Result<Outcome, Failure> {
     let cores = cores()?;
     let home = if options.placement == Placement::Single { Home::default() } else { options.pin.take()? };
+    let network = with_hands(&assembly.network, &options.swaps);
     // Before the run starts: the thread that compresses must not share the core of the participants.
     let mut recorder = match &options.log {
-        Some(path) => Some(create_log(path, assembly)?),
+        Some(path) => Some(create_log(path, assembly, &network)?),
         None => None,
     };
     let mut recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
@@ -144,6 +146,10 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         _ => None,
     };
     let timing = assembly.scenario.context.timing;
+    let mut journal = match &mut recorder {
+        Some(recorder) if options.has_robots() => Some(Journal::new(&network, timing.period_ns(), recorder)?),
+        _ => None,
+    };
     let watch = Watch::new(assertions::read(assembly)?, timing.dt);
     let mut guard = Guard::new(watch, timing.period_ns(), recorder.as_mut())?;
     let stop = Stop::new();
@@ -152,7 +158,9 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let server = serve(assembly, &engine, &stop);
     let keys = if options.progress { Keys::listen(&stop) } else { None };
     let mut pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
-    if pace.is_some() {
+    if pace.is_none() {
+        engine.balance(&cores);
+    } else {
         engine.run_step_by_step();
     }
     let tap = match options.tap {
@@ -162,7 +170,6 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     if recorder.is_none() && tap.is_none() && guard.is_idle() {
         engine.fetch_nothing();
     }
-    let mut chosen = None;
     let mut progress = Progress::new(options.progress, timing.periods(), timing.dt);
     let start = Instant::now();
     let mut done = 0;
@@ -180,11 +187,11 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         while let Some(request) = stop.next_swap() {
             let result = match (&mut recovery, &recorder) {
                 (Some(recovery), Some(recorder)) => recovery.swap(&mut engine, recorder, request.swap.clone()),
-                _ => Ok(None),
+                _ => Ok(Err(NOT_RECORDED.into())),
             };
             waited = true;
             match result {
-                Ok(from) => request.answer(from.ok_or_else(|| NOT_SWAPPED.to_string())),
+                Ok(from) => request.answer(from),
                 Err(error) => {
                     request.answer(Err(error.to_string()));
                     stopped = Some(error);
@@ -220,10 +227,17 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
             break;
         }
         if let Some(recorder) = &mut recorder
-            && let Err(error) = record(assembly, step, engine.store(), recorder, scene.as_mut())
+            && let Err(error) = record(&network, timing.period_ns(), step, engine.store(), recorder, scene.as_mut())
         {
             failure = Some(error.into());
             break;
+        }
+        if let (Some(journal), Some(recovery), Some(recorder)) = (&mut journal, &mut recovery, &mut recorder) {
+            let start = pace.as_ref().map(Pace::last).unwrap_or_default();
+            if let Err(error) = journal.note(step, start, engine.store(), recorder, recovery) {
+                failure = Some(error.into());
+                break;
+            }
         }
         if let (Some(recovery), Some(recorder)) = (&mut recovery, &mut recorder)
             && let Err(error) = recovery.note(&assembly.network, engine.store(), step, timing.period_ns(), recorder)
@@ -247,18 +261,6 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
                 break;
             }
         }
-        if step == MEASURED_STEPS {
-            match engine.settle(&cores) {
-                Ok(choice) => {
-                    tracing::info!(choice, "cores");
-                    chosen = choice;
-                }
-                Err(error) => {
-                    failure = Some(error);
-                    break;
-                }
-            }
-        }
     }
     let wall = start.elapsed().as_secs_f64();
     tracing::info!(steps = done, wall, "the steps are done");
@@ -269,6 +271,8 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
         let written = write_trace(path, &conductor.gauge(), conductor.plan());
         written.map_err(Failure::system(format!("write the trace {}", path.display())))?;
     }
+    let chosen = engine.balanced();
+    tracing::info!(chosen, "cores");
     engine.finish()?;
     if let Some(failure) = failure {
         return Err(failure);
@@ -279,10 +283,6 @@ pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) 
     let findings = guard.conclude(recorder.as_mut())?;
     let log = recorder.map(Recorder::finish).transpose()?;
     let simulated = done as f64 * timing.dt;
-    if let (Some(pace), Some(path), true) = (&pace, &options.log, options.has_robots()) {
-        let path = path.with_extension("pace.csv");
-        pace.write(&path).map_err(Failure::system(format!("write {}", path.display())))?;
-    }
     let pacing = pace.map(Pace::finish);
     let replaced = recovery.map(Recovery::into_told).unwrap_or_default();
     Ok(Outcome {
@@ -323,54 +323,4 @@ fn open_tap(assembly: &Assembly, engine: &Engine) -> Result<Tap, Failure> {
     let nowhere = || Failure::Usage("--tap needs a run directory in /dev/shm, and there is none".into());
     let directory = engine.directory().ok_or_else(nowhere)?;
     Ok(Tap::start(directory, &assembly.network, engine.core()).map_err(RunError::from)?)
-}
-
-/// Starts the log of a run of the scenario, and the folder that it is in.
-///
-/// # Errors
-/// [`Failure::System`] and [`Failure::Log`].
-pub(crate) fn create_log(path: &Path, assembly: &Assembly) -> Result<Recorder, Failure> {
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
-    }
-    let scenario = &assembly.scenario;
-    let text = scenario.to_record();
-    // What changes no bit of the result stays out of the log, so that equal results are equal logs.
-    let sections = ["placement", "on_failure", "swap"];
-    let matters = |text: &&String| !sections.iter().any(|section| text.starts_with(section));
-    let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
-    let metadata = BTreeMap::from([
-        ("scenario".to_string(), scenario.name.clone()),
-        ("variant".to_string(), scenario.variant.clone()),
-        ("overrides".to_string(), overrides.join("\n")),
-        ("phalanx".to_string(), env!("CARGO_PKG_VERSION").to_string()),
-        ("format".to_string(), "1".to_string()),
-    ]);
-    let info = RunInfo {
-        network: &assembly.network,
-        period_ns: scenario.context.timing.period_ns(),
-        scenario: &text,
-        metadata: &metadata,
-        flush_every: DEFAULT_FLUSH_EVERY,
-    };
-    Ok(Recorder::create(path, &info)?)
-}
-
-/// Records a step, and draws it if the log has a scene.
-fn record(
-    assembly: &Assembly,
-    step: u64,
-    store: &Store,
-    recorder: &mut Recorder,
-    scene: Option<&mut Scene>,
-) -> Result<(), LogError> {
-    recorder.record(step, store, |channel| header(assembly, store, channel, step))?;
-    scene.map_or(Ok(()), |scene| scene.draw(step, store, recorder))
-}
-
-/// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.
-pub(crate) fn header(assembly: &Assembly, store: &Store, channel: ChannelId, step: u64) -> Header {
-    let period_ns = assembly.scenario.context.timing.period_ns();
-    let agent = assembly.network.channels[channel.0].agent;
-    store.header(channel, step).copied().unwrap_or_else(|| Header::new(step, period_ns, agent, Status::Held))
 }

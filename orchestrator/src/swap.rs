@@ -27,8 +27,8 @@ pub struct Swap {
 /// What plays it.
 #[derive(Clone, Debug, PartialEq)]
 enum Player {
-    /// A program and its arguments.
-    Program(Vec<String>),
+    /// A program and its arguments, and the folder that it starts in if it is not that of the run.
+    Program { words: Vec<String>, folder: Option<PathBuf> },
     /// What was recorded of it.
     Log(PathBuf),
     /// A robot, in the place of the plant of one agent.
@@ -120,16 +120,33 @@ impl Swap {
     /// The participant and its program, if that is named by a path where nothing is. What the search path holds is left to the
     /// system.
     fn missing_program(&self) -> Option<(&str, &str)> {
-        let Player::Program(words) = &self.player else { return None };
-        let program = words.first().filter(|program| program.contains('/') && !Path::new(program).exists())?;
+        let Player::Program { words, folder } = &self.player else { return None };
+        let place = |program: &str| folder.as_deref().unwrap_or(Path::new("")).join(program);
+        let program = words.first().filter(|program| program.contains('/') && !place(program).exists())?;
         Some((&self.node, program))
+    }
+
+    /// The same as it is meant in `folder`, which may be another one than that of the run.
+    pub(crate) fn meant_in(mut self, folder: &Path) -> Self {
+        match &mut self.player {
+            Player::Program { words, folder: place } => {
+                // Not the file that a link leads to: a Python in a virtual environment is such a link.
+                if words[0].contains('/') {
+                    words[0] = folder.join(&words[0]).display().to_string();
+                }
+                *place = Some(folder.into());
+            }
+            Player::Log(path) => *path = folder.join(&path),
+            Player::Robot(_) => {}
+        }
+        self
     }
 
     /// The log that it is played from, if it is.
     pub fn log(&self) -> Option<&Path> {
         match &self.player {
             Player::Log(path) => Some(path),
-            Player::Program(_) | Player::Robot(_) => None,
+            Player::Program { .. } | Player::Robot(_) => None,
         }
     }
 
@@ -137,7 +154,7 @@ impl Swap {
     pub fn robot(&self) -> Option<&RobotSwap> {
         match &self.player {
             Player::Robot(robot) => Some(robot),
-            Player::Program(_) | Player::Log(_) => None,
+            Player::Program { .. } | Player::Log(_) => None,
         }
     }
 
@@ -149,9 +166,12 @@ impl Swap {
     /// The command that starts the process; `program` is this program. `None` for a robot, which is there already.
     pub fn command(&self, program: &Path) -> Option<Command> {
         Some(match &self.player {
-            Player::Program(words) => {
+            Player::Program { words, folder } => {
                 let mut command = Command::new(&words[0]);
                 command.args(&words[1..]);
+                folder.iter().for_each(|folder| {
+                    command.current_dir(folder);
+                });
                 command
             }
             Player::Log(path) => recording_command(program, path, 1.0),
@@ -178,7 +198,10 @@ impl Player {
             };
         }
         let words = split_words(text)?;
-        if words.is_empty() { Err("the command is empty".into()) } else { Ok(Self::Program(words)) }
+        if words.is_empty() {
+            return Err("the command is empty".into());
+        }
+        Ok(Self::Program { words, folder: None })
     }
 }
 
@@ -231,7 +254,7 @@ pub fn own_program() -> Result<PathBuf, Failure> {
 impl Display for Swap {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match &self.player {
-            Player::Program(words) => write!(f, "{}", words.join(" ")),
+            Player::Program { words, .. } => write!(f, "{}", words.join(" ")),
             Player::Log(path) => write!(f, "{REPLAY}{}", path.display()),
             Player::Robot(RobotSwap::There(settings)) => write!(f, "the robot at {}", settings.robot),
             Player::Robot(RobotSwap::Emulated(_)) => write!(f, "an emulator"),
@@ -273,7 +296,7 @@ mod tests {
         let swap = Swap::parse("controller.2=python3 'my controller.py' --gain 2", &NODES).unwrap();
         assert_eq!(swap.node, "controller_2");
         let words = ["python3", "my controller.py", "--gain", "2"].map(String::from);
-        assert_eq!(swap.player, Player::Program(words.to_vec()));
+        assert_eq!(swap.player, Player::Program { words: words.to_vec(), folder: None });
         assert_eq!(swap.log(), None);
     }
 
@@ -284,6 +307,18 @@ mod tests {
             assert_eq!((swap.node.as_str(), swap.log()), ("controller_2", Some(Path::new("runs/a b.mcap"))));
         }
         assert!(Swap::parse("plant=replay:", &NODES).unwrap_err().contains("replay:LOG.mcap"));
+    }
+
+    #[test]
+    fn names_of_files_are_meant_in_a_folder() {
+        let meant = |text: &str| Swap::parse(text, &NODES).unwrap().meant_in(Path::new("/home/me")).to_string();
+        assert_eq!(meant("plant=./mine --log a/b"), "/home/me/./mine --log a/b");
+        assert_eq!(meant("plant=python3 mine.py"), "python3 mine.py");
+        assert_eq!(meant("plant=/opt/mine"), "/opt/mine");
+        assert_eq!(meant("plant=replay:runs/a.mcap"), "replay:/home/me/runs/a.mcap");
+        let swap = Swap::parse("plant=python3 mine.py", &NODES).unwrap().meant_in(Path::new("/home/me"));
+        let command = swap.command(Path::new("phalanx")).unwrap();
+        assert_eq!(command.get_current_dir(), Some(Path::new("/home/me")));
     }
 
     #[test]

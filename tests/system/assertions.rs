@@ -27,7 +27,7 @@ fn a_violated_assertion_fails_the_run_and_is_in_the_log() {
 
     let check = folder.run(&["check", "a.mcap", "--json"]);
     assert_eq!(check.code(), 6, "{}", check.stderr());
-    let found = &check.json()["assertions"][4];
+    let found = &check.json()["assertions"][5];
     assert_eq!((&found["name"], &found["ok"]), (&"agents 1 and 2 stay low".into(), &false.into()));
     let info = folder.run(&["info", "a.mcap", "--json"]).json();
     let channels = info["channels"].as_array().expect("channels");
@@ -59,7 +59,7 @@ fn an_assertion_that_stops_ends_the_run_at_its_step() {
     let run = folder.run(&["run", "mine.toml", "-q", "--json", "--out", "a.mcap"]);
     assert_eq!(run.code(), 6, "{}", run.stderr());
     let summary = run.json();
-    let first = summary["assertions"][4]["first"]["time"].as_f64().expect("a violation");
+    let first = summary["assertions"][5]["first"]["time"].as_f64().expect("a violation");
     let steps = summary["steps"].as_u64().expect("steps");
     assert_eq!(steps, (first / 0.01).round() as u64);
     let info = folder.run(&["info", "a.mcap", "--json"]).json();
@@ -72,7 +72,7 @@ fn a_warning_does_not_fail_the_run() {
     with_assertion(&folder, &format!("{VIOLATED}\nseverity = \"warn\""));
     let run = folder.run(&["run", "mine.toml", "--duration", "3", "-q", "--json", "--no-log", "--placement", "single"]);
     assert_eq!(run.code(), 0, "{}", run.stderr());
-    assert_eq!(run.json()["assertions"][4]["ok"], false);
+    assert_eq!(run.json()["assertions"][5]["ok"], false);
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn a_wrong_assertion_is_refused_with_its_place() {
         assert_eq!(run.code(), 2);
         let stderr = run.stderr();
         assert!(
-            stderr.contains("mine.toml:") && stderr.contains("assert.5.signal: /agent_1/state has no field"),
+            stderr.contains("mine.toml:") && stderr.contains("assert.6.signal: /agent_1/state has no field"),
             "{stderr}"
         );
         assert!(stderr.contains("did you mean `position`?"), "{stderr}");

@@ -1,71 +1,15 @@
 //! Robots behind sockets in the place of plants.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use hardware::link::{Connector, TcpConnector};
 use hardware::message::{Clock, Message};
 use orchestrator::log::Log;
 
-use crate::program::{Finished, Folder, wait_until};
+use crate::program::{Finished, Folder};
+use crate::robot::{REAL, Robot, drives, stands};
 
 const EXPERIMENT: [&str; 4] = ["run", "compensated-experiment", "-q", "--json"];
-
-/// `phalanx robot` as robot 2 of the scenario `compensated`; ended with the test.
-struct Robot {
-    process: Child,
-    address: String,
-}
-
-impl Robot {
-    fn start(folder: &Folder, listen: &str, record: &str) -> Self {
-        let arguments = ["robot", "--scenario", "compensated", "--agent", "2", "--listen", listen, "--record", record];
-        let mut command = folder.phalanx(&arguments);
-        let mut process = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("an emulator");
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().expect("its output")).read_line(&mut line).expect("a line");
-        let (_, address) = line.trim().split_once("listens at ").expect("its address");
-        Self { address: address.to_string(), process }
-    }
-
-    fn kill(&mut self) {
-        self.process.kill().and_then(|()| self.process.wait()).expect("a running emulator");
-    }
-
-    /// A robot.toml for it.
-    fn settings(&self, folder: &Folder, more: &str) {
-        let text = format!("robot = \"{}\"\nmocap = \"127.0.0.1:0\"\nbody = 2\n{more}", self.address);
-        folder.write("robot2.toml", &text);
-    }
-}
-
-impl Drop for Robot {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// The largest wheel speed in the last recorded tick, m/s.
-fn last_speed(folder: &Folder, record: &str) -> Option<f64> {
-    let text = std::fs::read_to_string(folder.path(record)).ok()?;
-    let (complete, _) = text.rsplit_once('\n')?;
-    let row: Vec<f64> = complete.lines().last()?.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
-    Some(row.get(4..7)?.iter().fold(0.0, |largest: f64, speed| largest.max(speed.abs())))
-}
-
-/// Waits until the robot drives, and then until it stands.
-fn drives(folder: &Folder, record: &str) {
-    wait_until("the robot drives", || last_speed(folder, record) > Some(0.01));
-}
-
-fn stands(folder: &Folder, record: &str) {
-    wait_until("the robot stands", || last_speed(folder, record).is_some_and(|speed| speed < 1e-6));
-}
-
-const REAL: [&str; 9] =
-    ["run", "compensated", "--dt", "0.02", "--realtime", "--swap", "plant.2=hardware:robot2.toml", "--out", "a.mcap"];
 
 #[test]
 fn sockets_change_no_bit() {
@@ -76,6 +20,7 @@ fn sockets_change_no_bit() {
     assert_eq!(json["processes"], 11, "{}", apart.stderr());
     assert_eq!(json["sha256"], run(&["--out", "b.mcap", "--placement", "single"]).json()["sha256"]);
     let log = Log::open(&folder.path("a.mcap")).expect("a log");
+    assert!(log.samples("/agent_1/hardware").is_none() && log.samples("/phalanx/pace").is_none());
     let status = log.signal("/agent_1/state", "status").expect("a status");
     // Robot 1 is not seen from 18.0 to 18.5 s; what arrives at a control tick was captured one period before.
     let held: Vec<usize> = (1..status.len()).filter(|&step| status.row(step) == [1.0]).collect();
@@ -103,6 +48,16 @@ fn a_robot_has_one_controller() {
     assert_eq!(Message::of(&answer), Ok(Message::Acknowledge { applies: true, frames: 2 }));
 }
 
+/// The messages of the topic of events, one after the other.
+fn events(folder: &Folder) -> Vec<u8> {
+    let file = std::fs::read(folder.path("a.mcap")).expect("a log");
+    let messages = mcap::MessageStream::new(&file).expect("a log").map(|message| message.expect("a message"));
+    messages
+        .filter(|message| message.channel.topic == "/phalanx/events")
+        .flat_map(|message| message.data.to_vec())
+        .collect()
+}
+
 #[test]
 fn a_robot_that_is_started_again_is_connected_again() {
     let folder = Folder::new();
@@ -128,6 +83,10 @@ fn a_robot_that_is_started_again_is_connected_again() {
     // The last pose stood for as long as the robot was away: at least ten samples in a row. Then it was there again.
     let held = statuses.windows(10).position(|ten| ten.iter().all(|status| *status == 1.0)).expect("a gap in the log");
     assert!(statuses[held..].contains(&0.0), "no pose came after the gap");
+    let connected = log.signal("/agent_2/hardware", "connected").expect("how the robot is");
+    assert!(connected.component(0).any(|flag| flag == 0.0) && connected.row(400) == [1.0]);
+    let text = String::from_utf8_lossy(&events(&folder)).into_owned();
+    assert!(text.contains("the connection to the robot is lost") && text.contains("connected again"), "{text}");
     let others = log.signal("/agent_1/state", "status").expect("a status");
     assert!(others.component(0).all(|status| status == 0.0), "the others went on");
 }
@@ -199,10 +158,32 @@ fn the_experiment_runs_in_real_time() {
     let json = run.json();
     assert_eq!((json["steps"].as_u64(), json["overruns"].is_u64()), (Some(100), true), "{}", run.stderr());
     let log = Log::open(&folder.path("a.mcap")).expect("a log");
+    let pace = log.samples("/phalanx/pace").expect("how the steps kept their times");
+    let misses = json["pace"]["overruns"].as_u64().expect("a count") as f64;
+    assert_eq!((pace.len(), pace.row(100)[2]), (101, misses));
+    let worst = pace.component(0).fold(0.0, f64::max);
+    assert_eq!(json["pace"]["late_s"]["max"].as_f64(), Some(worst), "{json}");
     for agent in 1..=3 {
         let position = log.signal(&format!("/agent_{agent}/state"), "position").expect("a pose");
         assert_ne!(position.row(0), position.row(100), "robot {agent} moved");
     }
+}
+
+#[test]
+fn a_robot_is_held_against_the_recording_of_another_flight() {
+    let folder = Folder::new();
+    let record =
+        |more: &[&str]| folder.run(&[&["run", "compensated", "--duration", "1", "-q", "--out"], more].concat());
+    assert_eq!(record(&["a.mcap", "--swap", "plant.2=emulator"]).code(), 1);
+    let replay = |log: &str| folder.run(&["replay", log, "--only", "plant.2", "--swap", "plant.2=emulator"]);
+    let same = replay("a.mcap");
+    assert_eq!(same.code(), 0, "{}{}", same.stdout(), same.stderr());
+    assert!(same.stdout().starts_with("equal: plant_2 gives all 6006 numbers"), "{}", same.stdout());
+    // A flight of one simulated plant for all: the robot lags behind.
+    assert_eq!(record(&["b.mcap"]).code(), 1);
+    let other = replay("b.mcap");
+    assert_eq!(other.code(), 1, "{}", other.stderr());
+    assert!(other.stdout().contains("/agent_2/state position"), "{}", other.stdout());
 }
 
 #[test]

@@ -1,150 +1,189 @@
 //! Every kind of participant, every moment, every fault: what becomes of the run is told in docs/faults.md, and done here.
 
-use std::path::PathBuf;
+use std::thread;
 
-use crate::program::Folder;
+use crate::program::{Folder, saboteur};
+
+use Becomes::{Complete, Ends, Impossible};
 
 /// Steps are numbered from 0 to this.
 const LAST: u64 = 50;
 
 /// What becomes of a run.
-struct Outcome {
-    fault: &'static str,
+#[derive(Clone, Copy)]
+enum Becomes {
+    /// It ends early, and the message says this.
+    Ends(&'static str),
+    /// It is complete, and its log is that of an undisturbed run.
+    Complete,
+    /// The fault cannot happen then.
+    Impossible,
+}
+
+/// A row of the table.
+struct Fault {
+    key: &'static str,
     /// What a person would call it.
     name: &'static str,
-    /// What the message says if it happens before the participant is connected; empty if it cannot.
-    connecting: &'static str,
-    /// What the message says if it happens within a step.
-    stepping: &'static str,
+    /// Before the participant joins the run.
+    starting: Becomes,
+    /// After that, before it is connected.
+    connecting: Becomes,
+    /// Within a step.
+    stepping: Becomes,
+}
+
+const UNCONNECTED: [Becomes; 7] = [
+    Ends("ended with exit code 0 before it was connected"),
+    Ends("ended with exit code 1 before it was connected"),
+    Ends("was killed by signal 6 (SIGABRT) before it was connected"),
+    Ends("was killed by signal 11 (SIGSEGV) before it was connected"),
+    Ends("was killed by signal 9 (SIGKILL) before it was connected"),
+    Ends("which has not joined the run"),
+    Ends("is still preparing itself"),
+];
+
+const fn fault(key: &'static str, name: &'static str, [starting, connecting, stepping]: [Becomes; 3]) -> Fault {
+    Fault { key, name, starting, connecting, stepping }
 }
 
 /// The rows of the table in docs/faults.md.
-const OUTCOMES: [Outcome; 11] = [
-    Outcome {
-        fault: "exit-0",
-        name: "exits with 0",
-        connecting: "ended with exit code 0 before it was connected",
-        stepping: "ended with exit code 0 in phase",
-    },
-    Outcome {
-        fault: "exit-1",
-        name: "exits with 1",
-        connecting: "ended with exit code 1 before it was connected",
-        stepping: "ended with exit code 1 in phase",
-    },
-    Outcome { fault: "panic", name: "panics", connecting: "cannot start: panicked at", stepping: "panicked at" },
-    Outcome {
-        fault: "abort",
-        name: "aborts",
-        connecting: "was killed by signal 6 (SIGABRT) before it was connected",
-        stepping: "was killed by signal 6 (SIGABRT) in phase",
-    },
-    Outcome {
-        fault: "segv",
-        name: "SIGSEGV",
-        connecting: "was killed by signal 11 (SIGSEGV) before it was connected",
-        stepping: "was killed by signal 11 (SIGSEGV) in phase",
-    },
-    Outcome {
-        fault: "kill",
-        name: "SIGKILL",
-        connecting: "was killed by signal 9 (SIGKILL) before it was connected",
-        stepping: "was killed by signal 9 (SIGKILL) in phase",
-    },
-    Outcome {
-        fault: "stop",
-        name: "SIGSTOP for good",
-        connecting: "not connected after",
-        stepping: "is not done after",
-    },
-    Outcome { fault: "slow", name: "takes too long", connecting: "not connected after", stepping: "is not done after" },
-    Outcome {
-        fault: "refuse",
-        name: "says that it cannot",
-        connecting: "cannot start: it does not want to",
-        stepping: "it does not want to",
-    },
-    Outcome { fault: "nan", name: "an output is NaN", connecting: "", stepping: "is NaN" },
-    Outcome { fault: "infinity", name: "an output is infinite", connecting: "", stepping: "is inf" },
+const FAULTS: [Fault; 17] = [
+    fault("exit-0", "exits with 0", [UNCONNECTED[0], UNCONNECTED[0], Ends("ended with exit code 0 in phase")]),
+    fault("exit-1", "exits with 1", [UNCONNECTED[1], UNCONNECTED[1], Ends("ended with exit code 1 in phase")]),
+    fault(
+        "panic",
+        "panics",
+        [
+            Ends("ended with exit code 101 before it was connected"),
+            Ends("cannot start: panicked at"),
+            Ends("panicked at"),
+        ],
+    ),
+    fault("abort", "aborts", [UNCONNECTED[2], UNCONNECTED[2], Ends("was killed by signal 6 (SIGABRT) in phase")]),
+    fault("segv", "SIGSEGV", [UNCONNECTED[3], UNCONNECTED[3], Ends("was killed by signal 11 (SIGSEGV) in phase")]),
+    fault("kill", "SIGKILL", [UNCONNECTED[4], UNCONNECTED[4], Ends("was killed by signal 9 (SIGKILL) in phase")]),
+    fault("stop", "SIGSTOP for good", [UNCONNECTED[5], UNCONNECTED[6], Ends("stopped), computing for")]),
+    fault("pause", "SIGSTOP, then SIGCONT", [Complete, Complete, Complete]),
+    fault("slow", "takes too long", [UNCONNECTED[5], UNCONNECTED[6], Ends("computing for")]),
+    fault(
+        "refuse",
+        "says that it cannot",
+        [Impossible, Ends("cannot start: it does not want to"), Ends("it does not want to")],
+    ),
+    fault("nan", "an output is NaN", [Impossible, Impossible, Ends("is NaN")]),
+    fault("infinity", "an output is infinite", [Impossible, Impossible, Ends("is inf")]),
+    fault("twice", "is started twice", [Complete, Complete, Complete]),
+    fault(
+        "scenario",
+        "has another scenario",
+        [Ends("not the one that the run was started with"), Impossible, Impossible],
+    ),
+    fault("version", "is of another version", [Ends("it has format 9999"), Impossible, Impossible]),
+    fault("steps", "has an altered plan", [Ends("its digest does not fit its content"), Impossible, Impossible]),
+    fault("plan", "has the plan of another run", [Ends("it belongs to another plan"), Impossible, Impossible]),
 ];
 
-/// The program that fails; Cargo builds examples before it runs tests.
-fn saboteur() -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_BIN_EXE_phalanx")).with_file_name("examples").join("saboteur");
-    assert!(path.exists(), "{} is not built: cargo build --release --examples -p orchestrator", path.display());
-    path
-}
+/// A short run of three robots.
+const RUN: [&str; 8] = ["run", "compensated", "--dt", "0.001", "--duration", "0.05", "-q", "--out"];
 
-/// Runs a formation of three robots in which `participant` fails.
+/// Runs a formation of three robots in which `participant` fails; exit code and what was said.
 fn run(folder: &Folder, participant: &str, fault: &str, moment: &str) -> (i32, String) {
     let swap = format!("{participant}={} {fault} {moment}", saboteur().display());
-    let duration = format!("{}", LAST as f64 * 1e-3);
-    let scenario = ["run", "compensated", "--dt", "0.001", "--duration", &duration, "-q", "--out", "cut.mcap"];
-    let end = folder.run(&[&scenario[..], &["--deadline", "0.4", "--swap", &swap]].concat());
+    let log = format!("{fault}.mcap");
+    // Who hangs is waited for; who does not must have the time that a busy machine takes.
+    let hangs = ["stop", "slow"].contains(&fault) && moment != "end";
+    let more = ["--deadline", if hangs { "1" } else { "20" }, "--swap", &swap];
+    let end = folder.run(&[&RUN[..], &[&log], &more].concat());
     (end.code(), end.stderr())
 }
 
-fn connecting(participant: &str) {
-    let folder = Folder::new();
-    for outcome in OUTCOMES.iter().filter(|outcome| !outcome.connecting.is_empty()) {
-        let (code, stderr) = run(&folder, participant, outcome.fault, "connect");
-        let told = stderr.contains(participant) && stderr.contains(outcome.connecting);
-        assert!(code == 3 && told, "{participant}, {}, while connecting: {code}\n{stderr}", outcome.fault);
-    }
+/// The log of the run in which nobody fails.
+fn undisturbed(folder: &Folder) -> Vec<u8> {
+    assert_eq!(folder.run(&[&RUN[..], &["calm.mcap"]].concat()).code(), 1, "so short a run misses its bands");
+    std::fs::read(folder.path("calm.mcap")).expect("a log")
 }
 
-fn stepping(participant: &str, step: u64) {
+/// Lets every fault happen to a participant at a moment, those that take time at once.
+fn each(participant: &str, moment: &str, becomes: impl Fn(&Fault) -> Becomes + Sync) {
     let folder = Folder::new();
-    for outcome in &OUTCOMES {
-        let (code, stderr) = run(&folder, participant, outcome.fault, &step.to_string());
-        let told = stderr.contains(participant)
-            && stderr.contains(outcome.stepping)
-            && stderr.contains(&format!("step {step}"));
-        assert!(code == 3 && told, "{participant}, {}, at step {step}: {code}\n{stderr}", outcome.fault);
-        let info = folder.run(&["info", "cut.mcap", "--json"]).json();
-        assert_eq!(info["complete"], true, "{participant}, {}: the log is closed", outcome.fault);
-        assert_eq!(info["steps"], step, "{participant}, {}: all steps before are in the log", outcome.fault);
-    }
-}
-
-fn ending(participant: &str) {
-    let folder = Folder::new();
-    for outcome in OUTCOMES.iter().filter(|outcome| !outcome.connecting.is_empty()) {
-        let (code, stderr) = run(&folder, participant, outcome.fault, "end");
-        // So short a run misses the bands of the scenario.
-        assert_eq!(code, 1, "{participant}, {}, at the end: {stderr}", outcome.fault);
-        assert_eq!(folder.run(&["info", "cut.mcap", "--json"]).json()["steps"], LAST + 1);
-    }
+    let calm = undisturbed(&folder);
+    let (folder, calm, becomes) = (&folder, &calm, &becomes);
+    let happen = move |fault: &Fault| {
+        let expected = becomes(fault);
+        if matches!(expected, Impossible) {
+            return;
+        }
+        let (code, stderr) = run(folder, participant, fault.key, moment);
+        let what = format!("{participant}, {}, at {moment}: exit code {code}\n{stderr}", fault.key);
+        let log = format!("{}.mcap", fault.key);
+        match expected {
+            Ends(message) => {
+                assert!(code == 3 && stderr.contains(participant) && stderr.contains(message), "{what}");
+                if let Ok(step) = moment.parse::<u64>() {
+                    assert!(stderr.contains(&format!("step {step}")), "{what}");
+                    let info = folder.run(&["info", &log, "--json"]).json();
+                    assert_eq!(info["complete"], true, "the log is closed: {what}");
+                    assert_eq!(info["steps"], step, "all steps before are in the log: {what}");
+                }
+            }
+            Complete => {
+                assert_eq!(code, 1, "{what}");
+                assert!(std::fs::read(folder.path(&log)).expect("a log") == *calm, "the log is another one: {what}");
+            }
+            Impossible => {}
+        }
+    };
+    let (slow, quick): (Vec<&Fault>, Vec<&Fault>) =
+        FAULTS.iter().partition(|fault| ["stop", "slow", "pause", "twice"].contains(&fault.key));
+    thread::scope(|scope| {
+        slow.into_iter().for_each(|fault| drop(scope.spawn(move || happen(fault))));
+        quick.into_iter().for_each(happen);
+    });
 }
 
 macro_rules! matrix {
     ($($kind:ident: $participant:literal),*) => {
         $(mod $kind {
-            use super::{LAST, connecting, ending, stepping};
+            use super::{Becomes, Fault, LAST, each};
+
+            #[test]
+            fn fails_before_it_joins() {
+                each($participant, "start", |fault| fault.starting);
+            }
 
             #[test]
             fn fails_while_connecting() {
-                connecting($participant);
+                each($participant, "connect", |fault| fault.connecting);
             }
 
             #[test]
             fn fails_at_the_first_step() {
-                stepping($participant, 0);
+                each($participant, "0", |fault| fault.stepping);
             }
 
             #[test]
             fn fails_at_a_step_in_between() {
-                stepping($participant, 23);
+                each($participant, "23", |fault| fault.stepping);
             }
 
             #[test]
             fn fails_at_the_last_step() {
-                stepping($participant, LAST);
+                each($participant, &LAST.to_string(), |fault| fault.stepping);
             }
 
             #[test]
             fn fails_while_the_run_is_being_closed() {
-                ending($participant);
+                let at_the_end = |fault: &Fault| match fault.connecting {
+                    Becomes::Impossible => Becomes::Impossible,
+                    _ => Becomes::Complete,
+                };
+                each($participant, "end", at_the_end);
+            }
+
+            #[test]
+            fn is_never_started() {
+                super::never_started($participant);
             }
         })*
     };
@@ -152,12 +191,59 @@ macro_rules! matrix {
 
 matrix!(plant: "plant", planner: "planner", observer: "observer_1", controller: "controller_2");
 
+/// There is no such program, and there is one that is no participant.
+fn never_started(participant: &str) {
+    let folder = Folder::new();
+    for (program, expected) in
+        [("./nobody", format!("spawn {participant} (./nobody)")), ("sleep 60", "which has not joined the run".into())]
+    {
+        let swap = format!("{participant}={program}");
+        let end = folder.run(&[&RUN[..], &["cut.mcap", "--deadline", "1", "--swap", &swap]].concat());
+        let told = end.stderr().contains(participant) && end.stderr().contains(&expected);
+        assert!(end.code() == 3 && told, "{participant}={program}: {}\n{}", end.code(), end.stderr());
+    }
+}
+
+/// Only what is read in the step at which it was forged can be found out; that of the last phase is found by the recorder.
+#[test]
+fn a_sample_of_a_wrong_step_ends_the_run() {
+    let folder = Folder::new();
+    for participant in ["observer_1", "controller_2"] {
+        for step in [0, 23, LAST] {
+            let (code, stderr) = run(&folder, participant, "forge", &step.to_string());
+            let told = stderr.contains(&format!("is that of step {}, not of step {step}", step + 1_000_000));
+            assert!(code == 3 && told, "{participant} at step {step}: {code}\n{stderr}");
+            assert_eq!(folder.run(&["info", "forge.mcap", "--json"]).json()["steps"], step);
+        }
+    }
+}
+
+/// Whoever hangs is named with all that helps to find out why.
+#[test]
+fn a_hang_is_told_with_process_step_time_and_last_lines() {
+    let folder = Folder::new();
+    let script = folder.write("talk.sh", &format!("echo ready to hang\nexec {} slow 23\n", saboteur().display()));
+    let swap = format!("controller_2=sh {}", script.display());
+    let end = folder.run(&[&RUN[..], &["cut.mcap", "--deadline", "1", "--swap", &swap]].concat());
+    let stderr = end.stderr();
+    let line =
+        stderr.lines().find(|line| line.contains("of step 23 is not done after 1.0 s; waiting for controller_2 (pid "));
+    let line = line.unwrap_or_else(|| panic!("{stderr}"));
+    assert!(line.contains("sleeping") && line.contains("computing for 1."), "{line}");
+    assert!(stderr.contains("its last lines:\n    ready to hang"), "{stderr}");
+    assert!(stderr.contains("help: `--deadline SECONDS`"), "{stderr}");
+}
+
 #[test]
 fn the_table_in_the_documentation_is_this_one() {
     let page = include_str!("../../docs/faults.md");
-    for Outcome { name, connecting, stepping, .. } in &OUTCOMES {
-        let connecting = if connecting.is_empty() { "-".into() } else { format!("… {connecting} …") };
-        let row = format!("| {name} | {connecting} | … {stepping} … | the run is complete |");
+    let cell = |becomes| match becomes {
+        Ends(message) => format!("… {message} …"),
+        Complete => "the run is complete, its log the same".into(),
+        Impossible => "-".into(),
+    };
+    for Fault { name, starting, connecting, stepping, .. } in &FAULTS {
+        let row = format!("| {name} | {} | {} | {} |", cell(*starting), cell(*connecting), cell(*stepping));
         assert!(page.contains(&row), "docs/faults.md lacks the row\n{row}");
     }
 }

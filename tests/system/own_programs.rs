@@ -9,12 +9,12 @@ use crate::program::{Finished, Folder};
 const SHORT: [&str; 6] = ["run", "uav", "--duration", "1", "-q", "--json"];
 
 /// The top-level folder of the project.
-fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 /// The folder where Cargo puts the library: the one of this test, which depends on it.
-fn library_folder() -> PathBuf {
+pub(crate) fn library_folder() -> PathBuf {
     let test = std::env::current_exe().expect("the path of this test");
     let folder = test.parent().expect("a folder").to_path_buf();
     assert!(folder.join("libphalanx.so").exists(), "no libphalanx.so in {}", folder.display());
@@ -22,7 +22,7 @@ fn library_folder() -> PathBuf {
 }
 
 /// Compiles a C or C++ program against the header and the library.
-fn compile(folder: &Folder, source: &str, name: &str) -> String {
+pub(crate) fn compile(folder: &Folder, source: &str, name: &str) -> String {
     let (compiler, standard) = if source.ends_with(".c") { ("cc", "-std=c11") } else { ("c++", "-std=c++17") };
     let library = library_folder();
     let program = folder.path(name);
@@ -77,29 +77,47 @@ fn project(folder: &Folder, role: &str, scenario: &str, language: &str, text: &s
     folder.path("mine").join(text)
 }
 
+/// Participants of a scenario that a project is written for, one of each role.
+const ROLES: [(&str, &str, &str); 4] = [
+    ("controller", "uav", "controller.3"),
+    ("observer", "cida", "observer.2"),
+    ("planner", "rca", "planner"),
+    ("plant", "lp-regulation", "plant"),
+];
+
 #[test]
-fn a_new_project_in_cpp_builds_and_conforms() {
-    let folder = Folder::new();
-    let text = project(&folder, "observer", "cida", "cpp", "main.cpp");
-    let program = compile(&folder, text.to_str().expect("a path"), "observer");
-    let tried = folder.run(&["conform", "observer.2", "--scenario", "cida", "--steps", "50", "--", &program]);
-    assert_eq!(tried.code(), 0, "{}{}", tried.stdout(), tried.stderr());
+fn new_projects_in_cpp_build_and_conform() {
+    for (role, scenario, node) in ROLES {
+        let folder = Folder::new();
+        let text = project(&folder, role, scenario, "cpp", "main.cpp");
+        let program = compile(&folder, text.to_str().expect("a path"), role);
+        let tried = folder.run(&["conform", node, "--scenario", scenario, "--steps", "30", "--", &program]);
+        assert_eq!(tried.code(), 0, "{role}: {}{}", tried.stdout(), tried.stderr());
+    }
+}
+
+/// A Python with NumPy, if there is one: `.ci/run` makes an environment and says here which it is.
+pub(crate) fn python() -> Option<String> {
+    let python = std::env::var("PHALANX_PYTHON").ok();
+    if python.is_none() {
+        eprintln!("skipped: PHALANX_PYTHON does not name a Python with NumPy");
+    }
+    python
 }
 
 #[test]
-fn a_new_project_in_python_conforms() {
-    // `.ci/run` makes an environment with NumPy and says here which Python it has.
-    let Ok(python) = std::env::var("PHALANX_PYTHON") else {
-        eprintln!("skipped: PHALANX_PYTHON does not name a Python with NumPy");
-        return;
-    };
-    let folder = Folder::new();
-    let text = project(&folder, "controller", "uav", "python", "main.py");
-    let mut conform = folder.phalanx(&["conform", "controller.1", "--scenario", "uav", "--steps", "50", "--", &python]);
-    conform.arg(text).env("PYTHONPATH", root().join("python/src"));
-    conform.env("PHALANX_LIBRARY", library_folder().join("libphalanx.so"));
-    let tried = Finished(conform.output().expect("the program starts"));
-    assert_eq!(tried.code(), 0, "{}{}", tried.stdout(), tried.stderr());
+fn new_projects_in_python_conform() {
+    let Some(python) = python() else { return };
+    for (role, scenario, node) in ROLES {
+        let folder = Folder::new();
+        let text = project(&folder, role, scenario, "python", "main.py");
+        let arguments = ["conform", node, "--scenario", scenario, "--steps", "30", "--", &python];
+        let mut conform = folder.phalanx(&arguments);
+        conform.arg(text).env("PYTHONPATH", root().join("python/src"));
+        conform.env("PHALANX_LIBRARY", library_folder().join("libphalanx.so"));
+        let tried = Finished(conform.output().expect("the program starts"));
+        assert_eq!(tried.code(), 0, "{role}: {}{}", tried.stdout(), tried.stderr());
+    }
 }
 
 #[test]

@@ -84,6 +84,18 @@ impl Finished {
     }
 }
 
+/// A name for a run that no other test has, not even the same one started a second time.
+pub(crate) fn unique(name: &str) -> String {
+    format!("{name}-{}", std::process::id())
+}
+
+/// The program that fails on purpose; Cargo builds examples before it runs tests.
+pub(crate) fn saboteur() -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_BIN_EXE_phalanx")).with_file_name("examples").join("saboteur");
+    assert!(path.exists(), "{} is not built: cargo build --release --examples -p orchestrator", path.display());
+    path
+}
+
 /// Processes whose parent is `pid`.
 pub(crate) fn children(pid: u32) -> Vec<u32> {
     let is_child = |process: &u32| {

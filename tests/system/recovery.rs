@@ -9,7 +9,7 @@ use orchestrator::log::Log;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-use crate::program::{Finished, Folder, children, is_alive, wait_until};
+use crate::program::{Finished, Folder, children, is_alive, unique, wait_until};
 
 /// Sleeps between two blows; the runs are paced to the clock, so that there is something left to hit.
 const PAUSE: Duration = Duration::from_millis(120);
@@ -79,18 +79,18 @@ fn a_run_that_loses_plant_planner_observer_and_controller_gives_the_same_log() {
 fn random_kills_in_every_scheme_change_nothing() {
     let mut dice = Dice(7);
     for scenario in
-        ["dsm-ftdo", "dsm-cnn", "rca", "limited-information", "cida", "compensated", "lp-regulation", "mixed"]
+        ["dsm-ftdo", "dsm-cnn", "rca", "limited-information", "cida", "compensated", "lp-regulation", "mixed", "uav"]
     {
         let folder = Folder::new();
         let calm = undisturbed(&folder, scenario, "4");
         let policy = ["--on-failure", "restart", "--realtime", "2", "--set", "on_failure.restarts=20"];
         let run = start(&folder, scenario, "4", &policy);
-        for _ in 0..1 + dice.throw(10) {
+        for _ in 0..1 + dice.throw(20) {
             let living = children(run.id());
             if !living.is_empty() {
                 strike(living[dice.throw(living.len())], Signal::KILL);
             }
-            sleep(PAUSE);
+            sleep(PAUSE / 2);
         }
         let end = end(run);
         let outcome = end.json();
@@ -141,9 +141,10 @@ fn a_participant_is_restarted_so_often_and_no_more() {
 #[test]
 fn a_held_participant_is_flagged_in_the_log() {
     let folder = Folder::new();
-    let scenario = renamed(&folder, "compensated", "half-blind");
+    let name = unique("half-blind");
+    let scenario = renamed(&folder, "compensated", &name);
     let run = start(&folder, &scenario, "4", &["--on-failure", "observer=hold", "--realtime", "2"]);
-    let status = folder.run(&["ctl", "status", "half-blind", "--json"]).json();
+    let status = folder.run(&["ctl", "status", &name, "--json"]).json();
     let names: Vec<&str> =
         status["workers"].as_array().expect("workers").iter().filter_map(|w| w["name"].as_str()).collect();
     let observer = names.iter().position(|name| *name == "observer_1").expect("an observer");
@@ -163,11 +164,12 @@ fn a_held_participant_is_flagged_in_the_log() {
 #[test]
 fn a_program_takes_over_while_the_run_goes_on() {
     let folder = Folder::new();
-    let scenario = renamed(&folder, "uav", "changing");
+    let name = unique("changing");
+    let scenario = renamed(&folder, "uav", &name);
     let calm = undisturbed(&folder, &scenario, "12");
     let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
     let own = format!("controller.3={} participant", env!("CARGO_BIN_EXE_phalanx"));
-    let swapped = folder.run(&["ctl", "swap", &own, "changing"]);
+    let swapped = folder.run(&["ctl", "swap", &own, &name]);
     assert_eq!(swapped.code(), 0, "{}", swapped.stderr());
     assert!(swapped.stdout().contains("the program plays from step"), "{}", swapped.stdout());
     let end = end(run);
@@ -183,18 +185,44 @@ fn a_program_takes_over_while_the_run_goes_on() {
 }
 
 #[test]
-fn a_program_that_cannot_take_over_is_named() {
+fn a_program_that_cannot_take_over_changes_nothing() {
     let folder = Folder::new();
-    let scenario = renamed(&folder, "uav", "misled");
+    let name = unique("misled");
+    let scenario = renamed(&folder, "uav", &name);
+    let calm = undisturbed(&folder, &scenario, "12");
     let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
-    let swapped = folder.run(&["ctl", "swap", "controler.3=/bin/true", "misled"]);
+    let swapped = folder.run(&["ctl", "swap", "controler.3=/bin/true", &name]);
     assert_eq!(swapped.code(), 2);
     assert!(swapped.stderr().contains("did you mean `controller_3`"), "{}", swapped.stderr());
-    let swapped = folder.run(&["ctl", "swap", "controller.3=/bin/true", "misled"]);
-    assert_eq!(swapped.code(), 2, "{}", swapped.stdout());
+    for (program, reason) in [("/bin/true", "exit code 0"), ("./no_such_program", "No such file")] {
+        let swapped = folder.run(&["ctl", "swap", &format!("controller.3={program}"), &name]);
+        assert_eq!(swapped.code(), 2, "{}", swapped.stdout());
+        let told = swapped.stderr();
+        assert!(told.contains(reason) && told.contains("controller_3 plays on as before"), "{told}");
+    }
     let end = end(run);
-    assert_eq!(end.code(), 3, "{}", end.stderr());
-    assert!(end.stderr().contains("controller_3") && end.stderr().contains("exit code 0"), "{}", end.stderr());
+    assert_eq!(end.json()["sha256"], calm, "{}", end.stderr());
+    assert!(end.stderr().contains("`/bin/true` cannot play controller_3"), "{}", end.stderr());
+}
+
+#[test]
+fn a_program_is_swapped_in_as_it_is_called_where_one_asks() {
+    let folder = Folder::new();
+    let name = unique("elsewhere");
+    let scenario = renamed(&folder, "uav", &name);
+    let run = start(&folder, &scenario, "12", &["--realtime", "6"]);
+    // A link to the program, and a file beside it, that the run would not find from its own folder.
+    let other = Folder::new();
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_phalanx"), other.path("mine")).expect("a link");
+    other.write("mine.sh", "test -e beside || exit 7\nexec ./mine participant\n");
+    other.write("beside", "");
+    for program in ["./mine participant", "sh mine.sh"] {
+        let swapped = other.run(&["ctl", "swap", &format!("controller.3={program}"), &name]);
+        assert_eq!(swapped.code(), 0, "{}", swapped.stderr());
+    }
+    let end = end(run);
+    assert_eq!(end.json()["replaced"].as_array().map(Vec::len), Some(2), "{}", end.stderr());
+    assert!(end.stderr().contains("/mine participant`"), "{}", end.stderr());
 }
 
 #[test]

@@ -19,11 +19,14 @@ const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
 /// The text of the effective scenario of the run that this process is part of.
 ///
 /// # Errors
-/// Says why it cannot be read; outside a run there is none.
+/// Says why it cannot be read, or that it is not the one that the run was started with; outside a run there is none.
 pub fn scenario_text() -> Result<String, String> {
     let directory = std::env::var_os(RUN_DIRECTORY).ok_or_else(|| format!("{RUN_DIRECTORY} is not set"))?;
     let path = Path::new(&directory).join(SCENARIO_FILE);
-    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let plan = Plan::read(Path::new(&directory)).map_err(|error| error.to_string())?;
+    plan.check_source(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(text)
 }
 
 /// The whole `main` of a program that serves as any participant of `role` whose component is one of `kinds`.

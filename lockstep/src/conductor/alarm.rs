@@ -4,10 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use crate::page::Page;
+use crate::ticks::Rate;
 
 /// The page, and what is known about its run beyond it.
 pub(super) struct Alarm {
     pub(super) page: Page,
+    /// What the times on the page mean.
+    pub(super) rate: Rate,
     interrupted: AtomicBool,
     /// Whether anybody is dead, so that a look at all of them is rare.
     any_dead: AtomicBool,
@@ -29,7 +32,7 @@ impl Interrupt {
 impl Alarm {
     pub(super) fn new(page: Page, workers: usize) -> Self {
         let dead = (0..workers).map(|_| AtomicBool::new(false)).collect();
-        Self { page, interrupted: AtomicBool::new(false), any_dead: AtomicBool::new(false), dead }
+        Self { page, rate: Rate::start(), interrupted: AtomicBool::new(false), any_dead: AtomicBool::new(false), dead }
     }
 
     /// A worker is dead.

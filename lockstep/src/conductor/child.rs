@@ -99,6 +99,14 @@ impl Child {
         stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next()).unwrap_or('?')
     }
 
+    /// The function of the kernel that it waits in, if it waits and the kernel tells.
+    pub(super) fn waits_in(&self) -> Option<String> {
+        let place = fs::read_to_string(format!("/proc/{}/wchan", self.pid())).ok()?;
+        let is_name =
+            place.len() < 64 && place.chars().all(|character| character.is_ascii_alphanumeric() || character == '_');
+        (is_name && !place.is_empty() && place != "0").then_some(place)
+    }
+
     /// Kills it, with all that it started itself.
     pub(super) fn kill(&self) {
         let _ = rustix::process::kill_process_group(self.pid, Signal::KILL);

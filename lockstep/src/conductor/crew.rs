@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use super::alarm::Alarm;
 use super::child::{Child, Outfit};
-use super::error::{Death, Late, RunError, system};
+use super::error::{Activity, Death, Late, RunError, system};
 use super::poll::Poll;
 use super::pump::Pump;
 use crate::plan::Plan;
+use crate::ticks;
 use crate::worker::Orders;
 
 /// How long a report may wait for the end of what a dead child has printed.
@@ -59,6 +60,9 @@ impl Crew {
         directory: &Path,
         orders: Option<Orders>,
     ) -> Result<u32, RunError> {
+        // Counted whatever comes of it: what was made for it has its number. Who was there before is dead.
+        self.spawned[worker] += 1;
+        self.children[worker] = None;
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
         let failed = || system(format!("spawn {name} ({program})"));
@@ -68,7 +72,6 @@ impl Crew {
         self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
         let pid = child.pid();
         self.children[worker] = Some(child);
-        self.spawned[worker] += 1;
         Ok(pid)
     }
 
@@ -117,14 +120,29 @@ impl Crew {
         }
     }
 
-    /// What is known about a worker that keeps the others waiting.
-    pub(super) fn late(&self, worker: usize) -> Late {
+    /// What is known about a worker that keeps the others waiting, in `phase` or before it is connected.
+    pub(super) fn late(&self, worker: usize, phase: Option<usize>) -> Late {
+        let state = self.children[worker].as_ref().map_or('?', Child::state);
+        // Whoever is stopped, say, waits nowhere.
+        let waiting = self.children[worker].as_ref().filter(|_| ['S', 'D'].contains(&state));
         Late {
+            activity: self.activity(worker, phase),
+            waits_in: waiting.and_then(Child::waits_in),
             worker: self.names[worker].clone(),
             pid: self.pid(worker),
-            state: self.children[worker].as_ref().map_or('?', Child::state),
+            state,
             last_lines: self.pump.last_lines(worker, Duration::ZERO),
         }
+    }
+
+    fn activity(&self, worker: usize, phase: Option<usize>) -> Activity {
+        let Alarm { page, rate, .. } = &*self.alarm;
+        let Some(phase) = phase else {
+            return if page.is_taken(worker) { Activity::Connecting } else { Activity::Starting };
+        };
+        let (opened, started) = page.opened_and_started(phase, worker);
+        let since = |ticks| rate.duration(ticks::now().saturating_sub(ticks));
+        if started >= opened { Activity::Computing(since(started)) } else { Activity::Waking(since(opened)) }
     }
 }
 

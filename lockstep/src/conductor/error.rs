@@ -17,6 +17,19 @@ pub enum Death {
     Signal(i32),
 }
 
+/// What a worker does that keeps the others waiting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Its process has not joined the run: it is still starting, or is no participant.
+    Starting,
+    /// It has joined, and builds its participants, opens its channels or catches up.
+    Connecting,
+    /// It has passed its gate so long ago: it reads, computes or writes.
+    Computing(Duration),
+    /// Its gate was opened so long ago, and it has not passed it.
+    Waking(Duration),
+}
+
 /// A worker that keeps the others waiting.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Late {
@@ -27,6 +40,10 @@ pub struct Late {
     /// The state of the process as the kernel tells it: `R` running, `S` sleeping, `D` waiting for a device, `T` stopped,
     /// `Z` dead; `?` if unknown.
     pub state: char,
+    /// The function of the kernel that it waits in, if that is known.
+    pub waits_in: Option<String>,
+    /// What it does.
+    pub activity: Activity,
     /// The last lines that it printed.
     pub last_lines: Vec<String>,
 }
@@ -165,9 +182,26 @@ impl Display for Late {
             'Z' | 'X' => "dead",
             _ => "in an unknown state",
         };
+        let waits_in = self.waits_in.as_ref().map(|place| format!(" in {place}")).unwrap_or_default();
         match self.pid {
-            Some(pid) => write!(f, "{} (pid {pid}, {state}){}", self.worker, quote(&self.last_lines)),
+            Some(pid) => {
+                let Self { worker, activity, last_lines, .. } = self;
+                write!(f, "{worker} (pid {pid}, {state}{waits_in}), {activity}{}", quote(last_lines))
+            }
             None => write!(f, "{} (never spawned)", self.worker),
+        }
+    }
+}
+
+impl Display for Activity {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Activity::Starting => write!(f, "which has not joined the run: is it a participant?"),
+            Activity::Connecting => write!(f, "which has joined the run and is still preparing itself"),
+            Activity::Computing(time) => write!(f, "computing for {:.2} s", time.as_secs_f64()),
+            Activity::Waking(time) => {
+                write!(f, "whose turn came {:.2} s ago and which has not begun", time.as_secs_f64())
+            }
         }
     }
 }

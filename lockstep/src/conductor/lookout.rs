@@ -41,11 +41,16 @@ impl Conductor {
             let waited = now - since;
             if waited >= self.settings.deadline {
                 let phase = phase.unwrap_or(0);
-                let late = self.absent(phase, step).map(|worker| self.crew.late(worker)).collect();
+                let late = self.absent(phase, step).map(|worker| self.crew.late(worker, Some(phase))).collect();
                 return Err(RunError::Deadline { late, step, phase, waited });
             }
             if page.ask_for(enough) {
-                page.sleep(rings, (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE));
+                let patience = (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE);
+                page.sleep(rings, patience);
+                if since.elapsed() >= patience {
+                    // Whoever watches for a core may stand still; the others of that core are late only if they are.
+                    page.relieve();
+                }
             }
         }
     }

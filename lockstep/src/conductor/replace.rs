@@ -33,7 +33,7 @@ impl Conductor {
     ///
     /// To be called between two calls of [`step`](Self::step), also after one that failed if the worker is one of the
     /// [`casualties`](Self::casualties). The new process is given the samples of the steps that are done and goes through
-    /// them as `comeback` says; the others wait for it. After this, the run goes on as if nothing had happened. Returns
+    /// them as `comeback` says; the others wait for it. It runs on `cpu`, or where the worker was moved to. After this, the run goes on as if nothing had happened. Returns
     /// the first step that it runs for the others to see, or `None` if nothing was left to be done for the worker.
     ///
     /// # Errors
@@ -75,6 +75,7 @@ impl Conductor {
         let first = if comeback == Comeback::Hold { recorded - 1 } else { 0 };
         let orders = Orders { comeback, incarnation, first, recorded, step, place, feed: feed.as_raw_fd() };
         self.crew.alarm.forget_death(worker);
+        let cpu = self.arrangement.cores.get(worker).copied().or(cpu);
         self.crew.spawn(worker, command, cpu, self.directory.path(), Some(orders))?;
         drop(feed);
         self.feed(worker, first..recorded, output, history)?;
@@ -140,7 +141,7 @@ impl Conductor {
             }
             self.look_at(worker)?;
             if start.elapsed() >= self.settings.deadline {
-                let missing = vec![self.crew.late(worker)];
+                let missing = vec![self.crew.late(worker, None)];
                 return Err(RunError::NotReady { missing, waited: start.elapsed() });
             }
             alarm.page.sleep(rings, LOOK);

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io;
-use std::path::PathBuf;
 
 use super::allowed_cores;
 
@@ -26,9 +25,7 @@ impl CoreSlot {
         let cores = allowed_cores()?;
         let last = *cores.last().ok_or(io::ErrorKind::NotFound)?;
         for &core in cores.iter().rev() {
-            // The kernel's own directory of the core: everybody finds it, and no file of ours is left behind.
-            let place = PathBuf::from(format!("/sys/devices/system/cpu/cpu{core}"));
-            let Ok(lock) = File::open(place) else {
+            let Ok(lock) = open(core) else {
                 return Ok(Self { core: last, shared: false, _lock: None });
             };
             if lock.try_lock().is_ok() {
@@ -37,6 +34,19 @@ impl CoreSlot {
         }
         Ok(Self { core: last, shared: true, _lock: None })
     }
+
+    /// Takes this core; `None` if another run has it.
+    pub(crate) fn take_core(core: usize) -> Option<Self> {
+        match open(core) {
+            Ok(lock) => lock.try_lock().is_ok().then(|| Self { core, shared: false, _lock: Some(lock) }),
+            Err(_) => Some(Self { core, shared: false, _lock: None }),
+        }
+    }
+}
+
+/// The kernel's own directory of a core: everybody finds it, and no file of ours is left behind.
+fn open(core: usize) -> io::Result<File> {
+    File::open(format!("/sys/devices/system/cpu/cpu{core}"))
 }
 
 #[cfg(test)]

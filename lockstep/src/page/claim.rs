@@ -12,6 +12,11 @@ pub(super) fn of_worker(worker: usize) -> u64 {
     worker as u64 + 1
 }
 
+/// The worker that a claimant is; `None` for the conductor.
+pub(super) fn worker(claimant: u64) -> Option<usize> {
+    claimant.checked_sub(1).map(|worker| worker as usize)
+}
+
 /// The step that was claimed last, plus 1, and behind it the number of the claimant.
 #[repr(transparent)]
 pub(super) struct Claim(AtomicU64);

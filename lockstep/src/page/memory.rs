@@ -10,17 +10,20 @@ use rustix::fs::{MemfdFlags, SealFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 
 use super::claim::Claim;
+use super::side::{SIDES, Share, Side};
 use super::tally::{Event, Tally};
 use crate::plan::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx3");
+const MAGIC: u64 = u64::from_le_bytes(*b"phalanx4");
 /// Bytes of a message in a slot.
 pub(super) const MESSAGE_BYTES: usize = 1000;
 
 #[repr(C, align(128))]
 pub(super) struct Head {
     pub(super) magic: AtomicU64,
+    /// The [`Plan::fingerprint`] of the run.
+    pub(super) plan: AtomicU64,
     /// Rung for the conductor; counts up, so that a change while it looks around is not lost.
     pub(super) bell: AtomicU32,
     /// How many workers are connected.
@@ -31,6 +34,8 @@ pub(super) struct Head {
     pub(super) changes: Changes,
     /// The pace of the run; on a line of its own, because every step writes here.
     pub(super) pace: Pace,
+    /// The cores that the run is spread over.
+    pub(super) sides: [Side; SIDES],
 }
 
 /// What all look at in every step and few change.
@@ -40,6 +45,8 @@ pub(super) struct Changes {
     pub(super) count: AtomicU32,
     /// Ticks within which who hands its core on must get it back; 0: nobody hands it on.
     pub(super) passing: AtomicU64,
+    /// Ticks for which a side may be watched; 0: the run has one side only.
+    pub(super) watching: AtomicU64,
 }
 
 /// How far the run is and how far it may go, in numbers of steps.
@@ -67,6 +74,8 @@ pub(super) struct Phase {
     pub(super) opened_at: AtomicU64,
     /// How long the phase has lasted in all steps together, in ticks.
     pub(super) lasted: AtomicU64,
+    /// The workers of each side.
+    pub(super) shares: [Share; SIDES],
     /// Who has arrived, 64 workers to a word.
     pub(super) masks: [AtomicU64; MAX_MEMBERS / 64],
 }
@@ -77,8 +86,12 @@ pub(super) struct Slot {
     pub(super) ready: AtomicU32,
     /// Number of the process that serves as this worker: 0 is the one that was started first.
     pub(super) incarnation: AtomicU32,
+    /// The process that has taken the place; 0 as long as nobody has.
+    pub(super) process: AtomicU32,
     /// 1 if the process is to leave its place to another one.
     pub(super) dismissed: AtomicU32,
+    /// Which side it belongs to.
+    pub(super) side: AtomicU32,
     /// A [`FaultKind`] as number, or 0.
     pub(super) kind: AtomicU32,
     pub(super) step: AtomicU64,
@@ -121,8 +134,11 @@ impl Page {
         rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let page = Self::map(file, plan)?;
         for phase in 0..page.phases {
-            page.phase(phase).members.store(plan.members(phase).len() as u32, SeqCst);
+            let members = plan.members(phase).len() as u32;
+            page.phase(phase).members.store(members, SeqCst);
+            page.phase(phase).shares[0].members.store(members, SeqCst);
         }
+        page.head().plan.store(plan.fingerprint(), SeqCst);
         page.head().magic.store(MAGIC, SeqCst);
         Ok(page)
     }
@@ -137,10 +153,16 @@ impl Page {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
         }
         let page = Self::map(file.into(), plan)?;
-        match page.head().magic.load(SeqCst) {
-            MAGIC => Ok(page),
-            _ => Err(io::Error::new(io::ErrorKind::InvalidData, "it belongs to another version")),
+        let stranger = |what| Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        if page.head().magic.load(SeqCst) != MAGIC {
+            return stranger(
+                "it belongs to another version of Phalanx; build all programs of the run from the same one",
+            );
         }
+        if page.head().plan.load(SeqCst) != plan.fingerprint() {
+            return stranger("it belongs to another plan");
+        }
+        Ok(page)
     }
 
     fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {

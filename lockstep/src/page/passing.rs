@@ -23,6 +23,7 @@ impl Page {
     ///
     /// Once per wait and not more often: who finds its gate closed then stands in the wrong order among those of its core,
     /// and is put in the right one by being woken when the gate opens.
+    #[unsafe(link_section = "lockstep_step")]
     pub(super) fn pass_core_on(&self) -> bool {
         let limit = self.passing_limit();
         if limit == 0 {

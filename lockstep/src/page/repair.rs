@@ -11,6 +11,8 @@ impl Page {
     /// A worker may die at any instruction. What it had claimed nobody else does, so the conductor may; what nobody has
     /// claimed the conductor claims itself, against whoever is alive and about to do the same.
     pub(crate) fn repair(&self, is_dead: impl Fn(usize) -> bool) {
+        // Whoever has opened a gate may have relied on a dead watcher.
+        self.relieve();
         let pace = &self.head().pace;
         let step = pace.completed.load(SeqCst);
         let was_claimed_by_the_dead = |claim: &Claim| {
@@ -20,7 +22,7 @@ impl Page {
         for phase in 0..self.phases {
             if !self.is_open(phase, step) {
                 if was_claimed_by_the_dead(&self.phase(phase).claim) {
-                    self.open_gate(phase, step);
+                    self.open_gate(phase, step, CONDUCTOR);
                 } else if phase == 0 && step < pace.limit.load(SeqCst) {
                     self.open_step(step, CONDUCTOR);
                 }

@@ -17,6 +17,8 @@ pub(super) struct Tally {
     pub(super) wait: AtomicU64,
     /// How often it was the last of its phase.
     pub(super) last: AtomicU64,
+    /// When it passed a gate last.
+    pub(super) started: AtomicU64,
 }
 
 /// A run of a worker, for a trace.
@@ -64,8 +66,10 @@ impl Watch {
     }
 
     /// The worker has passed the gate of `phase`; returns the time.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn start(&mut self, page: &Page, phase: usize) -> u64 {
         let now = ticks::now();
+        page.tally(self.worker).started.store(now, Relaxed);
         self.opened = page.phase(phase).opened_at.load(Relaxed);
         self.counts.wake += now.saturating_sub(self.opened);
         // Another gate may have opened before the worker was done with the one before.
@@ -74,6 +78,7 @@ impl Watch {
     }
 
     /// The worker is done with `phase` of `step` and is about to arrive; returns the time.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn end(&mut self, page: &Page, phase: usize, step: u64, start: u64) -> u64 {
         let end = ticks::now();
         if let Some(event) = page.event(self.worker, self.counts.runs) {
@@ -93,6 +98,7 @@ impl Watch {
     }
 
     /// The worker has arrived; `last` if all others had before.
+    #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn arrived(&mut self, page: &Page, phase: usize, end: u64, last: bool) {
         if last {
             self.counts.last += 1;
@@ -113,6 +119,11 @@ impl Page {
             wait: tally.wait.load(Relaxed),
             last: tally.last.load(Relaxed),
         }
+    }
+
+    /// When the gate of a phase was opened last, and when a worker passed any gate last.
+    pub(crate) fn opened_and_started(&self, phase: usize, worker: usize) -> (u64, u64) {
+        (self.phase(phase).opened_at.load(Relaxed), self.tally(worker).started.load(Relaxed))
     }
 
     /// How long a phase has lasted in all steps together, in ticks.

@@ -5,8 +5,8 @@ use super::comeback::CatchUp;
 use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
-use crate::page::{Report, Watch};
-use crate::{ChannelId, Fault, Io, Layout, Plan, Step, Store};
+use crate::page::{Arrival, Report, Watch};
+use crate::{ChannelId, Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub struct Link {
     /// When the seat at work passed its gate; `None` before that.
     started: Option<u64>,
     progress: Progress,
+    /// The phase and step since whose end it is to watch for the others of its core.
+    watches: Option<(usize, u64)>,
     /// As long as it goes through steps that are done.
     catch_up: Option<CatchUp>,
     /// What the page told about replaced workers when the readers were looked through.
@@ -69,6 +71,7 @@ impl Link {
             member: 0,
             started: None,
             progress: Progress::Between,
+            watches: None,
             holds: worker.holds(),
             worker,
             seats,
@@ -91,6 +94,7 @@ impl Link {
     /// # Errors
     /// [`Fault`] if a sample is not the one that was due, or the turn before was not finished with [`done`](Link::done).
     #[allow(clippy::should_implement_trait, reason = "it can fail, and what it gives is used through the link")]
+    #[unsafe(link_section = "lockstep_step")]
     pub fn next(&mut self) -> Result<Option<Turn>, Fault> {
         match self.progress {
             Progress::Between => {}
@@ -117,6 +121,7 @@ impl Link {
     }
 
     /// Inputs and outputs of the node whose turn it is; `None` if it is nobody's.
+    #[unsafe(link_section = "lockstep_step")]
     pub fn io(&mut self) -> Option<Io<'_>> {
         let place = match self.progress {
             Progress::Due => &self.seats[self.seat].members[self.member].place,
@@ -129,6 +134,7 @@ impl Link {
     ///
     /// # Errors
     /// [`Fault`] if an output is not a finite number, or it is nobody's turn.
+    #[unsafe(link_section = "lockstep_step")]
     pub fn done(&mut self) -> Result<(), Fault> {
         if self.progress != Progress::Due {
             return Err(self.fail("a step was called done, but none is in progress"));
@@ -156,6 +162,7 @@ impl Link {
     }
 
     /// Passes the gate of the seat unless that is done already; `false` if it will not open any more.
+    #[unsafe(link_section = "lockstep_step")]
     fn enter(&mut self) -> Result<bool, Fault> {
         if self.started.is_some() {
             return Ok(true);
@@ -165,7 +172,7 @@ impl Link {
         }
         let page = &self.worker.page;
         let phase = self.seats[self.seat].phase;
-        if !page.await_gate(self.worker.number, phase, self.step.index) {
+        if !page.await_gate(self.worker.number, phase, self.step.index, self.watches.take()) {
             return Ok(false);
         }
         if page.changes() != self.changes {
@@ -212,6 +219,7 @@ impl Link {
     }
 
     /// The number of the next node of the seat that runs at this step; those before it hold their outputs.
+    #[unsafe(link_section = "lockstep_step")]
     fn due(&mut self) -> Option<usize> {
         let (plan, members) = (&self.worker.plan, &mut self.seats[self.seat].members);
         while let Some(seated) = members.get_mut(self.member) {
@@ -227,6 +235,7 @@ impl Link {
     }
 
     /// Arrives at the end of the phase and goes on to the next seat.
+    #[unsafe(link_section = "lockstep_step")]
     fn leave(&mut self) -> Result<(), Fault> {
         let start = self.started.take().unwrap_or_default();
         if let Some(catch_up) = &mut self.catch_up {
@@ -237,8 +246,9 @@ impl Link {
         } else {
             let (seat, page) = (&self.seats[self.seat], &self.worker.page);
             let end = self.watch.end(page, seat.phase, self.step.index, start);
-            let last = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
-            self.watch.arrived(page, seat.phase, end, last);
+            let arrival = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
+            self.watch.arrived(page, seat.phase, end, arrival == Arrival::Last);
+            self.watches = (arrival == Arrival::LastOfSide).then_some((seat.phase, self.step.index));
         }
         self.member = 0;
         self.seat += 1;
@@ -246,14 +256,13 @@ impl Link {
     }
 }
 
-/// Room for the samples of the channels that the process reads or writes, close together; none for the others.
+/// Room for the samples of the channels that the process reads or writes.
 fn store_for(worker: &Worker) -> Store {
     let Plan { network, workers, .. } = &worker.plan;
-    let none = Layout::default();
     let nodes = || workers[worker.number].nodes.iter().map(|&node| &network.nodes[node]);
     let is_used = |channel: ChannelId| {
         nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
     };
     let channels = network.channels.iter().enumerate();
-    Store::new(channels.map(|(index, channel)| if is_used(ChannelId(index)) { &channel.layout } else { &none }))
+    Store::with_some(channels.map(|(index, channel)| is_used(ChannelId(index)).then_some(&channel.layout)))
 }

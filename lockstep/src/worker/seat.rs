@@ -101,6 +101,7 @@ impl Seat {
     ///
     /// # Errors
     /// A sample that is not the one that was due.
+    #[unsafe(link_section = "lockstep_step")]
     pub(super) fn fetch(&self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         for fetch in &self.fetches {
             let sample = match fetch.timing {
@@ -135,6 +136,7 @@ impl Seated {
     }
 
     /// Publishes what stands in the store for `step`.
+    #[unsafe(link_section = "lockstep_step")]
     pub(super) fn publish(&mut self, store: &Store, step: &Step) {
         self.writers.iter_mut().for_each(|writer| writer.publish(store, step.index));
     }
@@ -143,6 +145,7 @@ impl Seated {
     ///
     /// # Errors
     /// If an output is not a finite number.
+    #[unsafe(link_section = "lockstep_step")]
     pub(super) fn finish(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
         let stamp = stamp(step, plan.period_ns);
         let finished = self.place.finish(&plan.network, store, step, &stamp);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::process::Command;
 use std::time::Duration;
 
-use lockstep::{ChannelId, Comeback, Conductor, Header, History, Local, RunError, Status, Store};
+use lockstep::{ChannelId, Comeback, Conductor, Header, History, Local, RunError, Status, Store, allowed_cores};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::chain;
@@ -76,7 +76,10 @@ fn mend(conductor: &mut Conductor, memory: &mut Memory, mut error: RunError) -> 
 /// Runs a chain and kills workers: `victims` of a step, when the conductor has seen it; returns the digest.
 fn digest_with_kills(name: &str, groups: &[Vec<usize>], victims: impl Fn(u64) -> Vec<usize>) -> (String, usize) {
     let network = chain::network(chain::AGENTS);
-    let mut conductor = start(name, &network, groups, STEPS, settings(), "chain");
+    finish_with_kills(start(name, &network, groups, STEPS, settings(), "chain"), victims)
+}
+
+fn finish_with_kills(mut conductor: Conductor, victims: impl Fn(u64) -> Vec<usize>) -> (String, usize) {
     let mut memory = Memory::default();
     let mut replaced = 0;
     for step in 0..STEPS {
@@ -112,6 +115,20 @@ fn killed_workers_come_back_and_nobody_can_tell() {
     let (digest, replaced) = digest_with_kills("comeback", &groups, victims);
     assert_eq!(digest, DIGEST);
     assert!(replaced >= 7, "{replaced}");
+}
+
+#[test]
+fn watchers_of_cores_are_killed_and_nobody_can_tell() {
+    let network = chain::network(chain::AGENTS);
+    let mut conductor = start("watchers", &network, &singles(&network), STEPS, settings(), "chain");
+    let cores = allowed_cores().unwrap();
+    let turns = (0..chain::NODES).map(|worker| cores[worker % cores.len().min(2)]);
+    conductor.spread(&turns.collect::<Vec<_>>()).unwrap();
+    // Who watches is a matter of chance: so many are killed that some of them do.
+    let victims = |step: u64| if step % 70 == 60 { vec![2 + (step / 70) as usize % 12] } else { vec![] };
+    let (digest, replaced) = finish_with_kills(conductor, victims);
+    assert_eq!(digest, DIGEST);
+    assert!(replaced > 20, "{replaced}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use lockstep::{
     Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
+    allowed_cores,
 };
 
 use crate::support::{Traces, eventually, settings, singles, start, workers};
@@ -54,6 +55,56 @@ fn chain_in_other_groupings() {
     let mut agents = vec![vec![1], vec![0]];
     agents.extend((2..8).map(|observer| vec![observer + 6, observer]));
     assert_eq!(digest_in_processes("agents", &agents, "chain"), DIGEST);
+}
+
+/// The two cores that a test moves workers between: the same one twice if there is only one.
+fn two_cores() -> [usize; 2] {
+    let cores = allowed_cores().unwrap();
+    [cores[0], cores[cores.len() - 1]]
+}
+
+#[test]
+fn workers_are_moved_between_cores_while_the_run_goes_on() {
+    let network = chain::network(chain::AGENTS);
+    let mut conductor = start("moved", &network, &singles(&network), STEPS, settings(), "chain");
+    let cores = two_cores();
+    for step in 0..STEPS {
+        // Together, in turns, in halves, the other way round, and back again at once.
+        let place: Option<fn(usize) -> usize> = match step {
+            100 => Some(|worker| worker % 2),
+            800 => Some(|worker| usize::from(worker < 7)),
+            1400 => Some(|worker| usize::from(worker != 0)),
+            1401 => Some(|worker| usize::from(worker == 0)),
+            2000 => Some(|_| 1),
+            _ => None,
+        };
+        if let Some(place) = place {
+            let chosen: Vec<usize> = (0..chain::NODES).map(|worker| cores[place(worker)]).collect();
+            conductor.spread(&chosen).unwrap();
+        }
+        assert_eq!(conductor.step().unwrap(), step);
+    }
+    assert!(conductor.spread(&cores).is_err(), "as many cores as workers");
+    assert_eq!(chain::digest(chain::AGENTS, conductor.store(), STEPS - 1), DIGEST);
+    conductor.finish().unwrap();
+}
+
+#[test]
+fn the_best_number_of_cores_is_searched_and_told() {
+    let network = chain::network(chain::AGENTS);
+    let mut conductor = start("balanced", &network, &singles(&network), STEPS, settings(), "chain");
+    let cores = two_cores();
+    assert_eq!(conductor.balanced(), None);
+    conductor.spread(&[cores[1]; chain::NODES]).unwrap();
+    conductor.balance(vec![cores[1], cores[0]]);
+    for step in 0..STEPS {
+        assert_eq!(conductor.step().unwrap(), step);
+    }
+    assert_eq!(chain::digest(chain::AGENTS, conductor.store(), STEPS - 1), DIGEST);
+    let balanced = conductor.balanced().unwrap();
+    assert!(balanced.alone.is_some_and(|time| !time.is_zero()), "{balanced:?}");
+    assert_eq!(balanced.cores[0], cores[1]);
+    conductor.finish().unwrap();
 }
 
 #[test]

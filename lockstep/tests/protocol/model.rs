@@ -11,6 +11,8 @@ pub(crate) struct Run {
     pub(crate) ahead: u8,
     pub(crate) ordeal: Ordeal,
     pub(crate) flaw: Option<Flaw>,
+    /// The side of every worker; empty: there is one only, and nobody watches.
+    pub(crate) sides: &'static [u8],
 }
 
 /// What happens to the run, at every possible moment.
@@ -34,6 +36,14 @@ pub(crate) enum Flaw {
     RepairUnclaimed,
     /// Nobody does what a dead worker has left undone.
     NoRepair,
+    /// Who opens a gate looks whether the other side is watched before it opens it.
+    LookBeforeOpening,
+    /// A watcher looks at the gate a last time before it says that it watches no more.
+    LookBeforeLeaving,
+    /// Who opens a gate relies on a watcher of any gate.
+    AnyWatcher,
+    /// Nobody relieves a watcher that is dead.
+    NoRelief,
 }
 
 #[derive(Debug)]
@@ -79,6 +89,15 @@ pub(crate) enum At {
     ReadGate(u8, u8, After),
     SwapGate(u8, u8, u8, After),
     WakeGate(u8, u8, After),
+    /// Looking whether a side is watched, and waking those that are not; the sides to wake so far.
+    Watched(u8, u8, u8, u8, After),
+    // Worker: watching for its side, since it left its phase of this step.
+    MayWatch,
+    Watch,
+    Watching,
+    LookAgain,
+    LookedBefore(bool),
+    WakeSide,
     Bell(After),
     WakeBell(After),
     // Conductor.
@@ -97,6 +116,8 @@ pub(crate) enum At {
     End,
     Died,
     // Conductor: repair, of a phase and a step.
+    Relieve(u8),
+    WakeRelieved(u8),
     Repair,
     RepairGate(u8, u8),
     RepairClaim(u8, u8),
@@ -131,6 +152,8 @@ pub(crate) struct State {
     pub(crate) bell: u8,
     pub(crate) gates: [u8; 3],
     pub(crate) masks: [u8; 3],
+    /// Which gate is watched for each side, and for which step: phase plus 1, step plus 1; zeros if none is.
+    pub(crate) watched: [(u8, u8); 2],
     /// Workers first, the conductor last.
     pub(crate) actors: Vec<Actor>,
     pub(crate) interrupted: bool,
@@ -154,6 +177,7 @@ pub(crate) fn check(run: &Run) -> Verdict {
         bell: 0,
         gates,
         masks,
+        watched: [(0, 0); 2],
         actors,
         interrupted: false,
         dead: false,
@@ -187,6 +211,12 @@ fn successors(run: &Run, state: &State) -> Vec<Result<State, String>> {
         if !matches!(state.actors[index].at, At::Asleep | At::End | At::Died) {
             let mut next = state.clone();
             all.push(next.advance(run, index).map(|()| next));
+        }
+        // Whether it watches is a matter of hints, which may be wrong.
+        if state.actors[index].at == At::MayWatch {
+            let mut next = state.clone();
+            next.actors[index].at = At::Gate;
+            all.push(Ok(next));
         }
     }
     match (run.ordeal, state.ordeal) {

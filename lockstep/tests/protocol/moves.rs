@@ -17,6 +17,24 @@ fn place(run: &Run, worker: usize) -> (usize, u8) {
     unreachable!("the conductor is no worker")
 }
 
+/// The side of a worker; there is only one if nobody watches.
+fn side(run: &Run, worker: usize) -> usize {
+    run.sides.get(worker).map_or(0, |&side| side.into())
+}
+
+/// All sides, as bits.
+const EVERYBODY: u8 = u8::MAX;
+
+/// The gate that a worker watches after it has done `step - 1`: the next one at which its side has workers.
+fn target(run: &Run, worker: usize, step: u8) -> (usize, u8) {
+    let (own, _) = place(run, worker);
+    let workers: usize = run.sizes.iter().map(|&size| usize::from(size)).sum();
+    let has_workers =
+        |phase: usize| (0..workers).any(|other| side(run, other) == side(run, worker) && place(run, other).0 == phase);
+    let behind = (own + 1..run.sizes.len()).find(|&phase| has_workers(phase)).map(|phase| (phase, step - 1));
+    behind.or_else(|| (0..=own).find(|&phase| has_workers(phase)).map(|phase| (phase, step))).unwrap_or((own, step))
+}
+
 impl State {
     pub(crate) fn wake_conductor(&mut self) {
         if let Some(conductor) = self.actors.last_mut().filter(|conductor| conductor.at == At::Asleep) {
@@ -24,10 +42,11 @@ impl State {
         }
     }
 
-    fn wake_workers(&mut self, run: &Run, phase: u8) {
+    fn wake_workers(&mut self, run: &Run, phase: u8, sides: u8) {
         let last = self.actors.len() - 1;
         for (worker, actor) in self.actors[..last].iter_mut().enumerate() {
-            if actor.at == At::Asleep && place(run, worker).0 == usize::from(phase) {
+            let is_meant = place(run, worker).0 == usize::from(phase) && sides & 1 << side(run, worker) != 0;
+            if actor.at == At::Asleep && is_meant {
                 actor.at = At::Gate;
             }
         }
@@ -43,7 +62,11 @@ impl State {
             After::Ring => At::Wake,
             After::Next => {
                 actor.step += 1;
-                if actor.step == run.steps { At::End } else { At::Gate }
+                match actor.step == run.steps {
+                    true => At::End,
+                    false if run.sides.is_empty() => At::Gate,
+                    false => At::MayWatch,
+                }
             }
         };
     }
@@ -59,6 +82,9 @@ impl State {
         for (other, actor) in workers.iter().enumerate() {
             let done = match actor.at {
                 At::Gate | At::Sleep(_) | At::Asleep | At::Arrive | At::Died => actor.step,
+                At::MayWatch | At::Watch | At::Watching | At::LookAgain | At::LookedBefore(_) | At::WakeSide => {
+                    actor.step
+                }
                 _ => actor.step + 1,
             };
             let needed = if place(run, other).0 < phase { step + 1 } else { step };
@@ -146,6 +172,11 @@ impl State {
             }
             At::ReadGate(phase, step, after) => {
                 let value = self.gates[usize::from(phase)];
+                if flaw(Flaw::LookBeforeOpening) {
+                    let unwatched = |side: &usize| self.watched[*side] != (phase + 1, step + 1);
+                    let own = if index + 1 < self.actors.len() { 1 << side(run, index) } else { 0 };
+                    actor.rings = (0..2).filter(unwatched).fold(own, |bits, side| bits | 1 << side);
+                }
                 actor.at = At::SwapGate(phase, step, value, after);
                 if value & STOP != 0 {
                     Self::after(run, &mut actor, after);
@@ -163,8 +194,61 @@ impl State {
                 if flaw(Flaw::ClearAfterOpening) {
                     self.masks[usize::from(phase)] = 0;
                 }
-                self.wake_workers(run, phase);
+                if run.sides.is_empty() {
+                    self.wake_workers(run, phase, EVERYBODY);
+                    Self::after(run, &mut actor, after);
+                } else if flaw(Flaw::LookBeforeOpening) {
+                    self.wake_workers(run, phase, actor.rings);
+                    Self::after(run, &mut actor, after);
+                } else {
+                    actor.at = At::Watched(phase, step, 0, 0, after);
+                }
+            }
+            At::Watched(phase, opened, number, bits, after) if usize::from(number) < self.watched.len() => {
+                let is_own = index + 1 < self.actors.len() && side(run, index) == usize::from(number);
+                let watched = self.watched[usize::from(number)];
+                let is_relied_on = watched == (phase + 1, opened + 1) || flaw(Flaw::AnyWatcher) && watched.0 != 0;
+                let is_woken = is_own || !is_relied_on;
+                let bits = bits | u8::from(is_woken) << number;
+                actor.at = At::Watched(phase, opened, number + 1, bits, after);
+            }
+            At::Watched(phase, _, _, bits, after) => {
+                self.wake_workers(run, phase, bits);
                 Self::after(run, &mut actor, after);
+            }
+            At::MayWatch => actor.at = At::Watch,
+            At::Watch => {
+                let (phase, at) = target(run, index, step);
+                let watched = &mut self.watched[side(run, index)];
+                let is_free = watched.0 == 0;
+                if is_free {
+                    *watched = (phase as u8 + 1, at + 1);
+                }
+                actor.at = if is_free { At::Watching } else { At::Gate };
+            }
+            At::Watching if flaw(Flaw::LookBeforeLeaving) => {
+                let (phase, at) = target(run, index, step);
+                let value = self.gates[phase];
+                actor.at = At::LookedBefore(value & STOP != 0 || value == at + 1);
+            }
+            At::LookedBefore(open) => {
+                self.watched[side(run, index)] = (0, 0);
+                actor.at = if open { At::WakeSide } else { At::Gate };
+            }
+            // However often it has looked: the watch ends at some time.
+            At::Watching => {
+                self.watched[side(run, index)] = (0, 0);
+                actor.at = At::LookAgain;
+            }
+            At::LookAgain => {
+                let (phase, at) = target(run, index, step);
+                let value = self.gates[phase];
+                actor.at = if value & STOP != 0 || value == at + 1 { At::WakeSide } else { At::Gate };
+            }
+            At::WakeSide => {
+                let (phase, _) = target(run, index, step);
+                self.wake_workers(run, phase as u8, 1 << side(run, index));
+                actor.at = At::Gate;
             }
             At::Bell(after) => {
                 self.bell += 1;
@@ -204,7 +288,9 @@ impl State {
             }
             At::Done => At::Dead,
             At::Dead if self.dead && run.ordeal == Ordeal::Replacement && flaw(Flaw::NoRepair) => At::Resume,
-            At::Dead if self.dead && run.ordeal == Ordeal::Replacement => At::Repair,
+            At::Dead if self.dead && run.ordeal == Ordeal::Replacement => {
+                if run.sides.is_empty() || flaw(Flaw::NoRelief) { At::Repair } else { At::Relieve(0) }
+            }
             At::Dead if self.dead => At::StopGate(0),
             At::Dead if flaw(Flaw::LookBeforeAsking) => At::Asked,
             At::Dead => At::Ask,
@@ -222,7 +308,7 @@ impl State {
                 At::WakeStopped(phase)
             }
             At::WakeStopped(phase) => {
-                self.wake_workers(run, phase);
+                self.wake_workers(run, phase, EVERYBODY);
                 if usize::from(phase) + 1 < run.sizes.len() { At::StopGate(phase + 1) } else { At::End }
             }
             _ => return self.repair(run, actor),
@@ -237,6 +323,16 @@ impl State {
         let is_open = |phase: u8, step: u8| self.gates[usize::from(phase)] == step + 1;
         let left_by_the_dead = |target: usize, step: u8| self.claims[target] == (step + 1, dead as u8);
         actor.at = match actor.at {
+            At::Relieve(number) if usize::from(number) < self.watched.len() => {
+                self.watched[usize::from(number)] = (0, 0);
+                At::Relieve(number + 1)
+            }
+            At::Relieve(_) => At::WakeRelieved(0),
+            At::WakeRelieved(phase) if usize::from(phase) < run.sizes.len() => {
+                self.wake_workers(run, phase, EVERYBODY);
+                At::WakeRelieved(phase + 1)
+            }
+            At::WakeRelieved(_) => At::Repair,
             At::Repair => At::RepairGate(0, self.completed),
             At::RepairGate(phase, step) if is_open(phase, step) => At::RepairWake(phase, step),
             At::RepairGate(phase, step) => At::RepairClaim(phase, step),
@@ -250,7 +346,7 @@ impl State {
             At::RepairOpened(phase, step) if is_open(phase, step) => At::RepairWake(phase, step),
             At::RepairOpened(..) => At::Resume,
             At::RepairWake(phase, step) => {
-                self.wake_workers(run, phase);
+                self.wake_workers(run, phase, EVERYBODY);
                 At::RepairStillOpen(phase, step)
             }
             At::RepairStillOpen(phase, step) if is_open(phase, step) => At::RepairMask(phase, step),

@@ -14,7 +14,8 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "NODE")]
     pub(crate) only: String,
     /// What is run in its place [default: our own component of the scenario in the log]: a program of yours,
-    /// --swap controller.3=./my_controller, or what another log holds of it, --swap controller.3=replay:LOG.mcap
+    /// --swap controller.3=./my_controller, what another log holds of it, --swap controller.3=replay:LOG.mcap, or a robot, --swap
+    /// plant.2=hardware:robot2.toml
     #[arg(long, value_name = "NODE=COMMAND|replay:LOG")]
     pub(crate) swap: Option<String>,
     /// Take numbers for equal that are no further apart than this; if the recorded number is larger than 1, than this times

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::select_run::{choose, tell};
 use crate::cli::{CtlArgs, CtlCommand};
+use crate::control::FOLDER_MARK;
 use crate::failure::Failure;
 
 pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
@@ -12,7 +13,7 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
         CtlCommand::Resume { run } => (run, "resume".into()),
         CtlCommand::Step { steps, run } => (run, format!("step {steps}")),
         CtlCommand::Stop { run } => (run, "stop".into()),
-        CtlCommand::Swap { swap, run } => (run, format!("swap {}", from_here(swap))),
+        CtlCommand::Swap { swap, run } => (run, swap_from_here(swap)?),
         CtlCommand::Estop { run } => (run, "estop".into()),
         CtlCommand::Status { run } => (run, "status".into()),
     };
@@ -29,14 +30,10 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The swap with the path of its program as the run finds it, which may have been started in another folder.
-fn from_here(swap: &str) -> String {
-    let Some((node, command)) = swap.split_once('=') else { return swap.into() };
-    let (program, arguments) = command.split_once(' ').map_or((command, ""), |(program, rest)| (program, rest));
-    match std::fs::canonicalize(program) {
-        Ok(path) if program.contains('/') => format!("{node}='{}' {arguments}", path.display()),
-        _ => swap.into(),
-    }
+/// The request for a swap. The run may have been started in another folder; names of files in the swap are meant from here.
+fn swap_from_here(swap: &str) -> Result<String, Failure> {
+    let here = std::env::current_dir().map_err(Failure::system("ask for the current folder"))?;
+    Ok(format!("swap {swap}{FOLDER_MARK}{}", here.display()))
 }
 
 /// How far a run is, in one line.

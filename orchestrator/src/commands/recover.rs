@@ -10,11 +10,16 @@ pub(crate) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
         args.log.with_file_name(format!("{stem}-recovered.mcap"))
     });
     let recovered = log::recover(&args.log, &out)?;
-    if recovered.was_complete {
-        println!("{} was complete; nothing was lost.", args.log.display());
-    }
-    if let Some(damage) = &recovered.damage {
-        println!("{damage}");
+    let source = args.log.display();
+    let kept = match recovered.until_ns {
+        Some(until) => format!("all up to {:.3} s of simulated time is kept", until as f64 * 1e-9),
+        None => "no step had reached it".to_string(),
+    };
+    match (&recovered.damage, recovered.lost) {
+        _ if recovered.was_complete => println!("{source} was complete; nothing is lost."),
+        (Some(damage), lost) => println!("{damage}: {kept}, the {lost} bytes from there on are lost."),
+        (None, 0) => println!("{source} was cut between two blocks: {kept}, nothing of the file is lost."),
+        (None, lost) => println!("{source} was cut within a block: {kept}, its last {lost} bytes are lost."),
     }
     println!(
         "{}: {} messages on {} topics, {} attachments, {} metadata records.",

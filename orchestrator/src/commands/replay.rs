@@ -8,25 +8,28 @@ use formation::wiring::Assembly;
 use lockstep::Settings;
 use serde_json::{Value, json};
 
-use super::select::from_head;
+use super::select::{from_head, names_one_plant};
 use crate::cli::ReplayArgs;
 use crate::control::Stop;
 use crate::failure::Failure;
 use crate::pinning::Pin;
 use crate::replay::{Departures, Outcome, Setup, rerun};
+use crate::robots::{self, Robots};
 use crate::swap::{Swap, keep_apart, node_called, own_program};
+use crate::urgency::Urgency;
 
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
-/// What cannot be run again.
-const NO_ROBOT: &str = "a robot cannot be run against a recording; name a program or a log";
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
-    let assembly = from_head(&args.log, Vec::new())?;
+    // A recorded plant of all agents can be compared with that of one.
+    let overrides = if names_one_plant(&args.only) { vec!["plant.per_agent=true".into()] } else { Vec::new() };
+    let assembly = from_head(&args.log, overrides)?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
     let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;
     let swap = args.swap.as_ref().map(|text| swap_of(text, &node, &assembly)).transpose()?;
+    robots::check(swap.as_slice(), &assembly, Some(1.0))?;
     keep_apart(&args.log, args.out.as_deref())?;
     let home = Pin::Auto.take()?;
     let setup = Setup {
@@ -34,6 +37,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         network: &assembly.network,
         log: &args.log,
         only: names.iter().position(|name| *name == node).unwrap_or_default(),
+        robot: swap.as_ref().filter(|swap| swap.robot().is_some()),
         factor: 1.0,
         settings: Settings::default(),
         start_timeout: START_TIMEOUT,
@@ -41,9 +45,10 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         core: home.core,
     };
     let program = own_program()?;
-    let command = match &swap {
-        Some(swap) => swap.command(&program).ok_or_else(|| Failure::Usage(NO_ROBOT.into()))?,
-        None => own_participant(&program),
+    let mut robots = Robots::default();
+    let command = |directory: &Path| match &swap {
+        Some(swap) => robots.bridge(&program, directory, swap, Urgency::default()),
+        None => Ok(own_participant(&program)),
     };
     let stop = Stop::new();
     let on_signal = stop.clone();

@@ -195,13 +195,14 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
         say(format!("cores: {cores}"));
     }
     if let Some(pacing) = &outcome.pacing {
+        let [half, tenth, hundredth, thousandth] = pacing.quantiles.map(|delay| delay * 1e3);
         say(format!(
-            "pace: {} of {} steps were late because the step before was not done; starts were late by {:.3} ms at most, \
-             99.9 % of them by less than {:.3} ms",
+            "pace: {} of {} steps were late because the step before was not done, {} by more than a period; starts were late by \
+             less than {half:.3} ms (50 %), {tenth:.3} (90 %), {hundredth:.3} (99 %), {thousandth:.3} (99.9 %), {:.3} at most",
             pacing.overruns,
             pacing.steps,
-            pacing.worst * 1e3,
-            pacing.most * 1e3
+            pacing.beyond,
+            pacing.worst * 1e3
         ));
     }
     if let Some(log) = &outcome.log {
@@ -242,6 +243,13 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "replaced": outcome.replaced,
         "assertions": outcome.findings.to_json(),
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
+        "pace": outcome.pacing.map(|pacing| json!({
+            "steps": pacing.steps, "overruns": pacing.overruns, "beyond_period": pacing.beyond,
+            "late_s": {
+                "p50": pacing.quantiles[0], "p90": pacing.quantiles[1], "p99": pacing.quantiles[2],
+                "p99.9": pacing.quantiles[3], "max": pacing.worst,
+            },
+        })),
         "ok": outcome.stopped.is_none() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
     })
 }

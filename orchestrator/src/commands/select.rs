@@ -22,17 +22,19 @@ pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
 pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
     let (file, text) = find(&args.scenario)?;
     let mut selection = selection(args);
-    let single = |swap: &String| {
-        let name = swap.split('=').next().unwrap_or_default().trim().replace('.', "_");
-        name.strip_prefix("plant_").is_some_and(|agent| agent.parse::<u32>().is_ok())
-    };
-    if swaps.iter().any(single) {
+    if swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default())) {
         selection.overrides.push("plant.per_agent=true".into());
     }
     let assembly = Assembly::load(&file, &text, &selection, &ROLES)?;
     // What is wrong with an assertion is said before anything starts.
     assertions::read(&assembly)?;
     Ok(assembly)
+}
+
+/// Whether this is the name of a plant of one agent.
+pub(super) fn names_one_plant(name: &str) -> bool {
+    let name = name.trim().replace('.', "_");
+    name.strip_prefix("plant_").is_some_and(|agent| agent.parse::<u32>().is_ok())
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::failure::Failure;
+use crate::leftovers::TEMPORARY;
 
 /// A temporary folder of this process, removed at the end.
 pub(super) struct Folder {
@@ -14,7 +15,7 @@ impl Folder {
     pub(super) fn create() -> Result<Self, Failure> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("phalanx-conform-{}-{number}", std::process::id()));
+        let path = std::env::temp_dir().join(format!("{TEMPORARY}{}-{number}", std::process::id()));
         std::fs::create_dir_all(&path).map_err(Failure::system(format!("create the folder {}", path.display())))?;
         Ok(Self { path })
     }

@@ -59,6 +59,7 @@ pub fn conform(demands: &Demands) -> Result<Report, Failure> {
         network: &assembly.network,
         log: demands.log,
         only: node,
+        robot: None,
         factor: 1.0,
         settings,
         start_timeout: patience,

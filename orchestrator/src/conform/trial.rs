@@ -65,7 +65,7 @@ pub(super) fn attempt(
     let mut command = Command::new(std::env::current_exe().map_err(Failure::system("find this program"))?);
     command.arg("supervise").arg(&status).arg("--").args(words);
     let start = Instant::now();
-    let duet = match Duet::start(setup, command, &Stop::new()) {
+    let duet = match Duet::start(setup, |_| Ok(command), &Stop::new()) {
         Ok(duet) => duet,
         Err(Failure::Run(error)) => {
             trial.stopped = Some(error);

@@ -14,9 +14,9 @@ use lockstep::Interrupt;
 use crate::swap::Swap;
 
 pub(crate) use keys::Keys;
-pub(crate) use pace::Pace;
 pub use pace::Pacing;
-pub(crate) use server::{About, SOCKET, SWAP_PATIENCE, Server};
+pub(crate) use pace::{Pace, Start};
+pub(crate) use server::{About, FOLDER_MARK, SOCKET, SWAP_PATIENCE, Server};
 
 /// Ends, holds and steps a run from other threads.
 #[derive(Clone)]

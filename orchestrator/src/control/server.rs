@@ -18,6 +18,8 @@ use crate::swap::Swap;
 
 /// Its name in the run directory.
 pub(crate) const SOCKET: &str = "control.sock";
+/// Between the words of a swap and the folder that its names of files are meant in.
+pub(crate) const FOLDER_MARK: char = '\t';
 /// Longest command, bytes.
 const LONGEST_LINE: u64 = 8192;
 /// How long a client may take for its line.
@@ -119,8 +121,12 @@ impl Desk {
 
     fn swap(&self, stream: &UnixStream, text: &str) -> io::Result<()> {
         let names: Vec<&str> = self.about.participants.iter().map(String::as_str).collect();
+        let (text, folder) = match text.rsplit_once(FOLDER_MARK) {
+            Some((text, folder)) => (text, Some(Path::new(folder))),
+            None => (text, None),
+        };
         let swap = match Swap::parse(text, &names) {
-            Ok(swap) if swap.robot().is_none() => swap,
+            Ok(swap) if swap.robot().is_none() => folder.into_iter().fold(swap, Swap::meant_in),
             Ok(_) => return answer(stream, &json!({ "error": "a robot takes part from the start or not at all" })),
             Err(reason) => return answer(stream, &json!({ "error": reason })),
         };

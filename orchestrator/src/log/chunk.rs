@@ -80,9 +80,9 @@ impl Chunk {
         self.records.is_empty()
     }
 
-    /// The chunk as a record of an MCAP file, not compressed.
-    pub(super) fn plain(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.records.len() + 128);
+    /// Appends the chunk as a record of an MCAP file, not compressed.
+    pub(super) fn plain(&self, bytes: &mut Vec<u8>) {
+        bytes.reserve(self.records.len() + 128);
         bytes.record(op::CHUNK, |body| {
             self.times.unwrap_or_default().iter().for_each(|time| body.put_u64(*time));
             body.put_u64(self.records.len() as u64);
@@ -91,7 +91,6 @@ impl Chunk {
             body.put_u64(self.records.len() as u64);
             body.extend_from_slice(&self.records);
         });
-        bytes
     }
 
     /// Forgets everything, keeps the memory.

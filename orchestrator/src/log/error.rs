@@ -42,7 +42,7 @@ pub enum LogError {
     },
     /// The file contradicts itself: bits were flipped, or it was edited.
     #[error(
-        "log {} is damaged at byte {at}: {what}; recovering it keeps what stands before that place",
+        "log {} is damaged at byte {at}: {what}; `phalanx recover` keeps what stands before that place",
         .path.display()
     )]
     Damaged {

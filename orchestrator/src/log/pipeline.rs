@@ -53,6 +53,8 @@ struct State {
     closed: bool,
     /// Chunks to use again.
     spare: Vec<Chunk>,
+    /// Buffers to use again.
+    buffers: Vec<Vec<u8>>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -101,6 +103,11 @@ impl<W> Pipeline<W> {
     /// An empty chunk.
     pub(super) fn chunk(&self) -> Chunk {
         lock(&self.shared.state).spare.pop().unwrap_or_default()
+    }
+
+    /// An empty buffer for what is to be shown.
+    pub(super) fn buffer(&self) -> Vec<u8> {
+        lock(&self.shared.state).buffers.pop().unwrap_or_default()
     }
 
     /// What went wrong so far.
@@ -190,9 +197,16 @@ impl<W: Target> Shared<W> {
             }
             let mut state = lock(&self.state);
             state.turn += 1;
-            if let Job::Chunk(mut chunk) = job {
-                chunk.clear();
-                state.spare.push(chunk);
+            match job {
+                Job::Chunk(mut chunk) => {
+                    chunk.clear();
+                    state.spare.push(chunk);
+                }
+                Job::Show(mut bytes) => {
+                    bytes.clear();
+                    state.buffers.push(bytes);
+                }
+                Job::Attachment(_) | Job::Metadata(..) => {}
             }
             drop(state);
             self.progress.notify_all();

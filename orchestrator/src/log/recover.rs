@@ -24,6 +24,10 @@ pub struct Recovered {
     pub was_complete: bool,
     /// Where the source is damaged, if it is more than cut; what stands behind that place is not in the new file.
     pub damage: Option<LogError>,
+    /// Bytes at the end of the source that are not in the new file, because they are no whole record or are damaged.
+    pub lost: u64,
+    /// Simulated time of the last message, ns; `None` if there is none.
+    pub until_ns: Option<u64>,
 }
 
 /// Copies all that is whole in the log `path` into a new file `out`, replacing a file of that name.
@@ -35,17 +39,23 @@ pub fn recover(path: &Path, out: &Path) -> Result<Recovered, LogError> {
     if matches!((canonicalize(path), canonicalize(out)), (Ok(source), Ok(target)) if source == target) {
         return Err(LogError::SameFile { path: path.into() });
     }
-    let mut copy = Copy { path, out, sink: None, channels: 0, attachments: 0, metadata: 0 };
-    let (was_complete, damage) = match walk(path, |at, record| copy.take(at, record)) {
-        Ok(ending) => (ending == Ending::Complete, None),
-        Err(damage @ LogError::Damaged { .. }) => (false, Some(damage)),
+    let mut copy = Copy { path, out, sink: None, channels: 0, attachments: 0, metadata: 0, until_ns: None };
+    let (ending, damage) = match walk(path, |at, record| copy.take(at, record)) {
+        Ok(ending) => (ending, None),
+        Err(LogError::Damaged { path, at, what }) => (Ending::Cut { at }, Some(LogError::Damaged { path, at, what })),
         Err(other) => return Err(other),
     };
+    let length = std::fs::metadata(path).map_err(|error| LogError::read(path, error))?.len();
+    let lost = match ending {
+        Ending::Complete => 0,
+        Ending::Cut { at } => length.saturating_sub(at),
+    };
+    let was_complete = ending == Ending::Complete;
     let empty = LogError::NotMcap { path: path.into(), what: "it ends within its header" };
     let sink = copy.sink.ok_or(empty)?;
     let file = sink.finish(out.into()).map_err(|source| LogError::Write { path: out.into(), source })?;
-    let Copy { channels, attachments, metadata, .. } = copy;
-    Ok(Recovered { file, channels, attachments, metadata, was_complete, damage })
+    let Copy { channels, attachments, metadata, until_ns, .. } = copy;
+    Ok(Recovered { file, channels, attachments, metadata, was_complete, damage, lost, until_ns })
 }
 
 /// A copy in progress.
@@ -57,6 +67,7 @@ struct Copy<'a> {
     channels: u64,
     attachments: u64,
     metadata: u64,
+    until_ns: Option<u64>,
 }
 
 impl Copy<'_> {
@@ -85,6 +96,7 @@ impl Copy<'_> {
                 sink.channel(ChannelRecord { id, schema, topic, encoding, metadata })
             }
             Record::Message { channel, sequence, log_time, publish_time, data } => {
+                self.until_ns = self.until_ns.max(Some(log_time));
                 sink.message(channel, sequence, [log_time, publish_time], data)
             }
             Record::Attachment { name, media_type, data } => {

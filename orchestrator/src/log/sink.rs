@@ -151,7 +151,9 @@ impl<W: Target + 'static> Sink<W> {
         if self.chunk.is_empty() {
             return Ok(());
         }
-        Ok(self.pipeline.send(Job::Show(self.chunk.plain()))?)
+        let mut bytes = self.pipeline.buffer();
+        self.chunk.plain(&mut bytes);
+        Ok(self.pipeline.send(Job::Show(bytes))?)
     }
 
     /// Waits until all chunks that are closed are in the file.

@@ -26,8 +26,11 @@ const PREFIX_BYTES: usize = 9;
 pub(super) enum Ending {
     /// With the footer: the file was finished.
     Complete,
-    /// In the middle: whoever wrote it was killed.
-    Cut,
+    /// In the middle: whoever wrote it was killed. What stands before this place is whole.
+    Cut {
+        /// Offset, bytes.
+        at: u64,
+    },
 }
 
 /// Gives every record of the data section, chunks unpacked and checked, to `visit` with the place of its outermost record.
@@ -54,7 +57,7 @@ pub(super) fn walk(
         let at = source.position;
         let damaged = |what: &str| LogError::damaged(path, at, what);
         if !source.take(PREFIX_BYTES as u64, &mut record)? {
-            return Ok(Ending::Cut);
+            return Ok(Ending::Cut { at });
         }
         let (opcode, length) = prefix(&record).ok_or_else(|| damaged("a record has no length"))?;
         if in_data && opcode != mcap::records::op::DATA_END {
@@ -64,12 +67,12 @@ pub(super) fn walk(
             return Err(damaged(&format!("a record claims {length} bytes, {RECORD_MAX} are allowed")));
         }
         if !source.take(length, &mut record)? {
-            return Ok(Ending::Cut);
+            return Ok(Ending::Cut { at });
         }
         match opcode {
             mcap::records::op::FOOTER => {
                 let finished = source.take(mcap::MAGIC.len() as u64, &mut record)? && record == mcap::MAGIC;
-                return Ok(if finished { Ending::Complete } else { Ending::Cut });
+                return Ok(if finished { Ending::Complete } else { Ending::Cut { at } });
             }
             mcap::records::op::DATA_END => {
                 let expected = Fields(&record).u32().ok_or_else(|| damaged("the end of the data is malformed"))?;

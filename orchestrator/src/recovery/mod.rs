@@ -7,6 +7,7 @@ mod event;
 mod tail;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use formation::scenario::{FailurePolicy, OnFailure};
 use lockstep::{Comeback, Network, RunError, Store};
@@ -16,6 +17,11 @@ use crate::log::{LogError, Recorder};
 use crate::swap::Swap;
 use event::Events;
 use tail::{Past, Tail};
+
+/// Why a participant keeps its program.
+const SHARED: &str = "it shares its process with others: nothing was changed";
+const ROBOT: &str = "it is a robot, which cannot be changed for another one while it drives: nothing was changed";
+const OVER: &str = "the run is at its end: nothing was changed";
 
 /// Replaces participants of one run.
 pub(crate) struct Recovery {
@@ -78,24 +84,43 @@ impl Recovery {
         }
     }
 
-    /// Puts a program of the user in the place of a participant; returns the first step that it runs.
+    /// Puts a program of the user in the place of a participant; returns the first step that it runs, or why nothing has
+    /// changed. If the program cannot take the place, the one before it is started again and computes all steps anew.
     ///
     /// # Errors
-    /// The error that ends the run if the program cannot take the place: the one before it is gone.
+    /// The error that ends the run, if that one cannot take its place either.
     pub(crate) fn swap(
         &mut self,
         engine: &mut Engine,
         recorder: &Recorder,
         swap: Swap,
-    ) -> Result<Option<u64>, RunError> {
+    ) -> Result<Result<u64, String>, RunError> {
         let (node, program) = (swap.node.clone(), swap.to_string());
-        let Some(worker) = engine.take_on(swap) else { return Ok(None) };
-        let from = self.replace(engine, recorder, worker, Comeback::Adopt)?;
-        if let Some(step) = from {
-            self.events.push(&node, format!("played by `{program}` from step {step} on"));
-            self.tell(format!("{node} is played by `{program}` from step {step} on"));
+        let Some(worker) = engine.worker_of(&node) else { return Ok(Err(SHARED.into())) };
+        if engine.is_robot(worker) {
+            return Ok(Err(ROBOT.into()));
         }
-        Ok(from)
+        let before = engine.take_on(&node, Some(swap));
+        match self.replace(engine, recorder, worker, Comeback::Adopt) {
+            Ok(Some(step)) => {
+                self.events.push(&node, format!("played by `{program}` from step {step} on"));
+                self.tell(format!("{node} is played by `{program}` from step {step} on"));
+                Ok(Ok(step))
+            }
+            Ok(None) => Ok(Err(OVER.into())),
+            Err(error @ RunError::Interrupted { .. }) => Err(error),
+            Err(error) => {
+                engine.take_on(&node, before);
+                self.replace(engine, recorder, worker, Comeback::Recompute)?;
+                self.tell(format!("`{program}` cannot play {node}, who plays on as before: {error}"));
+                Ok(Err(format!("{error}\n{node} plays on as before")))
+            }
+        }
+    }
+
+    /// Something has happened to a participant that the log is to tell.
+    pub(crate) fn remark(&mut self, participant: &str, text: &str) {
+        self.events.push(participant, text.into());
     }
 
     /// What was done, in words.
@@ -133,7 +158,9 @@ impl Recovery {
             OnFailure::Hold => Comeback::Hold,
             _ => Comeback::Recompute,
         };
+        let start = Instant::now();
         let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
+        let took = start.elapsed().as_secs_f64();
         let number = count + 1;
         if comeback == Comeback::Hold {
             for node in engine.hosted(worker) {
@@ -142,7 +169,9 @@ impl Recovery {
             self.tell(format!("{error}\n{name} is held: its last samples stand from step {step} on, marked as stale"));
         } else {
             let most = self.policy.restarts;
-            self.tell(format!("{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most})"));
+            self.tell(format!(
+                "{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most}; caught up in {took:.2} s)"
+            ));
         }
         Ok(())
     }

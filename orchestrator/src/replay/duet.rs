@@ -9,7 +9,8 @@ use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, Worke
 
 use crate::control::Stop;
 use crate::failure::Failure;
-use crate::swap::{own_program, recording_command};
+use crate::robots::{place_hands, with_hands};
+use crate::swap::{Swap, own_program, recording_command};
 
 /// Name of the process that plays the others.
 const OTHERS: &str = "recording";
@@ -25,6 +26,8 @@ pub struct Setup<'a> {
     pub log: &'a Path,
     /// Number of the node that is not played.
     pub only: usize,
+    /// The robot that is this node, if one is.
+    pub robot: Option<&'a Swap>,
     /// What the others are to be multiplied by, for inputs out of all bounds; 1 leaves them as recorded.
     pub factor: f64,
     /// How the processes are treated.
@@ -46,12 +49,17 @@ pub struct Duet {
 }
 
 impl Duet {
-    /// Starts `command` as the participant, and the others.
+    /// Starts the participant, by the command that `command` gives for a run in a directory, and the others.
     ///
     /// # Errors
-    /// [`Failure::Run`] if a process cannot be started or does not connect, [`Failure::System`].
-    pub fn start(setup: &Setup, command: Command, stop: &Stop) -> Result<Self, Failure> {
+    /// [`Failure::Run`] if a process cannot be started or does not connect, [`Failure::System`], and those of `command`.
+    pub fn start(
+        setup: &Setup,
+        command: impl FnOnce(&Path) -> Result<Command, Failure>,
+        stop: &Stop,
+    ) -> Result<Self, Failure> {
         let mut duet = Self::prepare(setup)?;
+        let command = command(duet.conductor.directory().path())?;
         stop.attach(duet.conductor.interrupt());
         let others = recording_command(&own_program()?, setup.log, setup.factor);
         duet.conductor.spawn(1 - duet.worker, others, setup.core)?;
@@ -69,14 +77,16 @@ impl Duet {
     /// As those of [`Duet::start`].
     pub fn prepare(setup: &Setup) -> Result<Self, Failure> {
         let scenario = &setup.assembly.scenario;
-        let network = setup.network;
+        let robots = setup.robot.map(std::slice::from_ref).unwrap_or_default();
+        let network = with_hands(setup.network, robots);
         let timing = scenario.context.timing;
-        let others = (0..network.nodes.len()).filter(|&node| node != setup.only).collect();
-        let workers = vec![
+        let others = (0..setup.network.nodes.len()).filter(|&node| node != setup.only).collect();
+        let mut workers = vec![
             WorkerPlan { name: network.nodes[setup.only].name.clone(), nodes: vec![setup.only] },
             WorkerPlan { name: OTHERS.into(), nodes: others },
         ];
-        let plan = Plan::new(&scenario.name, network.clone(), timing.period_ns(), timing.periods() + 1, workers);
+        place_hands(&network, &mut workers, robots);
+        let plan = Plan::new(&scenario.name, network, timing.period_ns(), timing.periods() + 1, workers);
         let mut plan = plan.map_err(RunError::from)?;
         plan.traced = setup.traced;
         RunDirectory::sweep()?;

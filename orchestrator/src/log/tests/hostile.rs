@@ -49,10 +49,14 @@ fn a_cut_log_is_read_up_to_the_cut_and_recovered() {
         let recovered = recover(&cut, &out).unwrap();
         assert_eq!((recovered.file.messages, recovered.was_complete), (steps * 4, false));
         assert!(recovered.damage.is_none());
+        assert_eq!(recovered.until_ns.is_some(), steps > 0);
         let log = Log::open(&out).unwrap();
         assert!(log.is_complete());
         run.check(&log, steps);
         assert_eq!(log.metadata(), Some(&run.metadata));
+        fs::write(&cut, &bytes[..length - recovered.lost as usize]).unwrap();
+        let again = recover(&cut, &out).unwrap();
+        assert_eq!((again.lost, again.file.messages), (0, steps * 4), "what is told to be lost is all that is lost");
         seen = seen.max(steps);
     }
     assert_eq!(seen, 95);
@@ -106,7 +110,9 @@ fn a_damaged_chunk_costs_what_follows_it() {
     fs::write(&path, &bytes).unwrap();
     let error = Log::open(&path).unwrap_err().to_string();
     assert!(error.contains(&format!("at byte {}", chunk.chunk_start_offset)) && error.contains("recover"), "{error}");
-    assert!(recover(&path, &out).unwrap().damage.is_some());
+    let recovered = recover(&path, &out).unwrap();
+    assert!(recovered.damage.is_some());
+    assert_eq!(recovered.lost, bytes.len() as u64 - chunk.chunk_start_offset);
     run.check(&Log::open(&out).unwrap(), 20);
 }
 

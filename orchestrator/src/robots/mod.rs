@@ -1,5 +1,7 @@
 //! The robots of a run: the bridges to them, and the emulators that are started for it.
 
+mod journal;
+
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::os::unix::process::CommandExt;
@@ -7,8 +9,11 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use formation::wiring::{Assembly, Role, SCENARIO_FILE};
+use hardware::health;
 use hardware::settings::Settings;
-use lockstep::{ChannelId, Input, Network, Node, Timing, WorkerPlan};
+use lockstep::{Channel, ChannelId, Input, Network, Node, Timing, WorkerPlan};
+
+pub(crate) use journal::Journal;
 
 use crate::failure::Failure;
 use crate::swap::{RobotSwap, Swap};
@@ -33,23 +38,40 @@ impl Drop for Robots {
     }
 }
 
-/// Gives every bridge its second node, which sends the command at the end of a step.
-pub(crate) fn add_hands(network: &mut Network, workers: &mut [WorkerPlan], swaps: &[Swap]) {
-    for (swap, number) in
-        swaps.iter().filter(|swap| swap.robot().is_some()).filter_map(|swap| Some((swap, swap.agent()?)))
-    {
+/// The network with a second node for every bridge, which sends the command at the end of a step. If its robot has a clock of
+/// its own, it also tells how the robot is, on a channel behind all others.
+pub(crate) fn with_hands(network: &Network, swaps: &[Swap]) -> Network {
+    let mut network = network.clone();
+    for swap in swaps {
+        let (Some(robot), Some(number)) = (swap.robot(), swap.agent()) else { continue };
         let topic = format!("/agent_{number}/{}", Role::Controller.channel());
         let channel = network.channels.iter().position(|channel| channel.topic == topic).map(ChannelId);
+        let Some(channel) = channel else { continue };
+        let mut outputs = Vec::new();
+        if robot.is_free() {
+            outputs.push(ChannelId(network.channels.len()));
+            let topic = format!("/agent_{number}/{}", health::CHANNEL);
+            network.channels.push(Channel { topic, agent: number, layout: health::layout() });
+        }
+        let inputs = vec![Input { channel, timing: Timing::SameStep }];
+        network.nodes.push(Node { name: hand_of(number), inputs, outputs, every: 1, offset: 0 });
+    }
+    network
+}
+
+/// Name of the second node of the bridge of an agent.
+fn hand_of(number: u32) -> String {
+    format!("hardware_{number}")
+}
+
+/// Gives the second nodes to the workers that are bridges.
+pub(crate) fn place_hands(network: &Network, workers: &mut [WorkerPlan], swaps: &[Swap]) {
+    for (swap, number) in swaps.iter().filter_map(|swap| Some((swap, swap.agent()?))) {
+        let hand = network.nodes.iter().position(|node| node.name == hand_of(number));
         let worker = workers.iter_mut().find(|worker| worker.name == swap.node);
-        let (Some(channel), Some(worker)) = (channel, worker) else { continue };
-        worker.nodes.push(network.nodes.len());
-        network.nodes.push(Node {
-            name: format!("hardware_{number}"),
-            inputs: vec![Input { channel, timing: Timing::SameStep }],
-            outputs: Vec::new(),
-            every: 1,
-            offset: 0,
-        });
+        if let (Some(hand), Some(worker)) = (hand, worker) {
+            worker.nodes.push(hand);
+        }
     }
 }
 

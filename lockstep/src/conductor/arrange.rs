@@ -1,0 +1,153 @@
+//! Moving the processes of a run to other cores while it goes on.
+
+use std::io;
+use std::time::Duration;
+
+use super::Conductor;
+use super::balance::{Balance, spread};
+use super::error::system;
+use super::tempo::Tempo;
+use crate::cores::{CoreSlot, move_to_core};
+use crate::{RunError, ticks};
+
+/// How long a process watches for the others of its core before it sleeps: a little longer than it takes to wake a core.
+const WATCH: Duration = Duration::from_micros(30);
+/// Steps after which everybody sleeps as a worker of the core that it was moved to.
+const SETTLING: u64 = 2;
+/// What a process takes per step besides what it computes: the switch to it, with cold caches.
+const SWITCH: Duration = Duration::from_micros(2);
+
+/// Where the processes are.
+pub(super) struct Arrangement {
+    rate: ticks::Rate,
+    /// The core of every worker, once they were moved.
+    pub(super) cores: Vec<usize>,
+    /// Complete steps from which sides are watched, once processes were moved.
+    watch_from: Option<u64>,
+    balance: Option<Balancing>,
+}
+
+/// The search for the best number of cores.
+struct Balancing {
+    balance: Balance,
+    /// The home of the run first.
+    cores: Vec<usize>,
+    /// Cores besides the home that the run has taken.
+    slots: Vec<CoreSlot>,
+}
+
+/// What the search for the best number of cores has come to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Balanced {
+    /// The cores in use.
+    pub cores: Vec<usize>,
+    /// Least time of a step on one core, as far as it was measured.
+    pub alone: Option<Duration>,
+    /// The number of cores that was tried last, and the least time of a step on them.
+    pub tried: Option<(usize, Duration)>,
+}
+
+impl Arrangement {
+    pub(super) fn new() -> Self {
+        Self { rate: ticks::Rate::start(), cores: Vec::new(), watch_from: None, balance: None }
+    }
+}
+
+impl Conductor {
+    /// Moves the process of every worker to a core: `cores[i]` for worker number i, which must be spawned. Changes no result.
+    ///
+    /// With more than one core, the last process of a core that is done with a phase watches for the others of its core: it
+    /// does not sleep at once, but looks for up to 30 µs whether the next phase begins, since waking a core that has gone
+    /// to sleep takes about as long. Cores beyond the eighth share their watchers.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if there are not as many cores as workers, or the operating system refuses.
+    pub fn spread(&mut self, cores: &[usize]) -> Result<(), RunError> {
+        let count = self.plan.workers.len();
+        if cores.len() != count {
+            return Err(system("spread the processes")(io::Error::from(io::ErrorKind::InvalidInput)));
+        }
+        let mut distinct: Vec<usize> = Vec::new();
+        for (worker, &core) in cores.iter().enumerate() {
+            let failed = system(format!("move {} to core {core}", self.plan.workers[worker].name));
+            let pid = self.pid(worker).ok_or(io::ErrorKind::NotFound);
+            pid.map_err(Into::into).and_then(|pid| move_to_core(pid, core)).map_err(failed)?;
+            if !distinct.contains(&core) {
+                distinct.push(core);
+            }
+        }
+        let side = |core: &usize| distinct.iter().position(|other| other == core).unwrap_or(0);
+        let sides: Vec<usize> = cores.iter().map(side).collect();
+        let places: Vec<_> = (0..count).map(|worker| self.plan.places(worker)).collect();
+        let page = &self.crew.alarm.page;
+        page.take_sides(&places, &sides);
+        self.arrangement.cores = cores.to_vec();
+        // How to wait is found anew.
+        page.pass_cores_on(0);
+        self.tempo = Tempo::new();
+        self.arrangement.watch_from = (distinct.len() > 1).then(|| page.completed() + SETTLING);
+        Ok(())
+    }
+
+    /// From now on the conductor tries on how many of these cores steps are shortest, and moves the processes there: on the
+    /// first one, where they must be now, or on 2, 4, ... of them. A core that another run has taken is not used.
+    ///
+    /// To be called once all are spawned. For runs that go as fast as they can: times of paced steps say nothing.
+    pub fn balance(&mut self, cores: Vec<usize>) {
+        let balance = Balance::new(cores.len().min(self.plan.workers.len()));
+        self.arrangement.balance = Some(Balancing { balance, cores, slots: Vec::new() });
+    }
+
+    /// What [`balance`](Self::balance) has come to; `None` if it was not asked for.
+    pub fn balanced(&self) -> Option<Balanced> {
+        let Balancing { balance, cores, slots } = self.arrangement.balance.as_ref()?;
+        let time = |ticks: f64| self.arrangement.rate.duration(ticks as u64);
+        let (alone, tried) = balance.findings();
+        Some(Balanced {
+            cores: cores.iter().take(1).copied().chain(slots.iter().map(|slot| slot.core)).collect(),
+            alone: alone.map(time),
+            tried: tried.map(|(cores, ticks)| (cores, time(ticks))),
+        })
+    }
+
+    /// A step is recorded.
+    pub(super) fn arrange(&mut self, step: u64) {
+        let page = &self.crew.alarm.page;
+        if self.arrangement.watch_from.is_some_and(|from| page.completed() >= from) {
+            self.arrangement.watch_from = None;
+            page.watch(self.arrangement.rate.ticks(WATCH));
+        }
+        let Some(Balancing { balance, .. }) = &mut self.arrangement.balance else { return };
+        if let Some(count) = balance.observe(step, ticks::now()) {
+            self.rearrange(step, count);
+        }
+    }
+
+    /// Moves the processes to so many cores, or to the first one if there are not so many.
+    #[cold]
+    fn rearrange(&mut self, step: u64, count: usize) {
+        let page = &self.crew.alarm.page;
+        let Some(Balancing { balance, cores, slots }) = &mut self.arrangement.balance else { return };
+        slots.truncate(count - 1);
+        for &core in &cores[1..] {
+            if slots.len() + 1 < count && slots.iter().all(|slot| slot.core != core) {
+                slots.extend(CoreSlot::take_core(core));
+            }
+        }
+        if slots.len() + 1 < count {
+            slots.clear();
+            balance.refuse(step);
+        }
+        let used: Vec<usize> = cores.iter().take(1).copied().chain(slots.iter().map(|slot| slot.core)).collect();
+        let switch = self.arrangement.rate.ticks(SWITCH) as f64;
+        let load = |worker| {
+            let counts = page.counts(worker);
+            switch + counts.compute as f64 / (step + 1) as f64
+        };
+        let loads: Vec<f64> = (0..self.plan.workers.len()).map(load).collect();
+        let members: Vec<_> = (0..self.plan.phase_count()).map(|phase| self.plan.members(phase)).collect();
+        let chosen: Vec<usize> = spread(&members, &loads, used.len()).into_iter().map(|place| used[place]).collect();
+        // A process that cannot be moved has just ended; that is told where it is missed.
+        let _ = self.spread(&chosen);
+    }
+}
