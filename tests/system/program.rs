@@ -34,7 +34,8 @@ impl Folder {
     /// The program with these arguments, in this folder.
     pub(crate) fn phalanx(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_phalanx"));
-        command.args(arguments).current_dir(&self.0);
+        // Cargo's search path would put a library of an earlier build before the one that a program was linked with.
+        command.args(arguments).current_dir(&self.0).env_remove("LD_LIBRARY_PATH");
         command
     }
 
