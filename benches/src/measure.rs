@@ -21,6 +21,9 @@ const PERIOD: u64 = 1_000_000;
 /// Steps before the measurement starts.
 const WARM_UP: u64 = 200;
 
+/// Steps that are never asked for: more than workers run ahead.
+const SPARE: u64 = 64;
+
 /// Whether a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recording {
@@ -62,7 +65,8 @@ pub(crate) fn processes_on(
     on_core(core, move || {
         let worker = |(index, node): (usize, &Node)| WorkerPlan { name: node.name.clone(), nodes: vec![index] };
         let workers: Vec<WorkerPlan> = network.nodes.iter().enumerate().map(worker).collect();
-        let plan = Plan::new("bench", network, PERIOD, WARM_UP + steps, workers)?;
+        // Longer than it is run, so that all processes are still there when their memory is looked at.
+        let plan = Plan::new("bench", network, PERIOD, WARM_UP + steps + SPARE, workers)?;
         let start = Instant::now();
         let mut conductor = Conductor::new(RunDirectory::create("bench")?, plan, Settings::default())?;
         for worker in 0..chain::nodes(agents) {
