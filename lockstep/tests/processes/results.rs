@@ -1,11 +1,13 @@
 //! What comes out of a run does not depend on how it is spread over processes.
 
+use std::time::Duration;
+
 use lockstep::{
-    Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
-    allowed_cores,
+    Channel, ChannelId, Conductor, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError,
+    RunDirectory, Settings, Status, Timing, Wake, allowed_cores,
 };
 
-use crate::support::{Traces, eventually, settings, singles, start, workers};
+use crate::support::{Traces, all_ways, eventually, launch_by, settings, singles, start, worker_command, workers};
 use crate::{chain, worker};
 
 const STEPS: u64 = 2200;
@@ -17,8 +19,11 @@ fn local_chain() -> Local {
     Local::new(network, participants, 1e-3).unwrap()
 }
 
-fn digest_in_processes(name: &str, groups: &[Vec<usize>], play: &str) -> String {
-    let mut conductor = start(name, &chain::network(chain::AGENTS), groups, STEPS, settings(), play);
+fn digest_in_processes(name: &str, groups: &[Vec<usize>], settings: Settings, play: &str) -> String {
+    digest_of(start(name, &chain::network(chain::AGENTS), groups, STEPS, settings, play))
+}
+
+fn digest_of(mut conductor: Conductor) -> String {
     let traces = Traces::of(&conductor);
     for step in 0..STEPS {
         assert_eq!(conductor.step().unwrap(), step);
@@ -43,18 +48,24 @@ fn chain_in_one_process() {
 
 #[test]
 fn chain_in_fourteen_processes_without_allocations() {
-    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network(chain::AGENTS)), "count"), DIGEST);
+    let groups = singles(&chain::network(chain::AGENTS));
+    assert_eq!(digest_in_processes("fourteen", &groups, settings(), "count"), DIGEST);
+    // Who notifies for the first time connects to all who listen, whenever that is; with events nothing is promised.
+    let settings = Settings { wake: Wake::Events, ..settings() };
+    assert_eq!(digest_in_processes("fourteen", &groups, settings, "chain"), DIGEST);
 }
 
 #[test]
 fn chain_in_other_groupings() {
     let together = vec![(0..chain::NODES).rev().collect()];
-    assert_eq!(digest_in_processes("together", &together, "chain"), DIGEST);
     let halves = vec![(0..7).collect(), (7..chain::NODES).collect()];
-    assert_eq!(digest_in_processes("halves", &halves, "chain"), DIGEST);
     let mut agents = vec![vec![1], vec![0]];
     agents.extend((2..8).map(|observer| vec![observer + 6, observer]));
-    assert_eq!(digest_in_processes("agents", &agents, "chain"), DIGEST);
+    for settings in all_ways() {
+        for (name, groups) in [("together", &together), ("halves", &halves), ("agents", &agents)] {
+            assert_eq!(digest_in_processes(name, groups, settings, "chain"), DIGEST);
+        }
+    }
 }
 
 /// The two cores that a test moves workers between: the same one twice if there is only one.
@@ -66,7 +77,12 @@ fn two_cores() -> [usize; 2] {
 #[test]
 fn workers_are_moved_between_cores_while_the_run_goes_on() {
     let network = chain::network(chain::AGENTS);
-    let mut conductor = start("moved", &network, &singles(&network), STEPS, settings(), "chain");
+    for settings in all_ways() {
+        move_workers(start("moved", &network, &singles(&network), STEPS, settings, "chain"));
+    }
+}
+
+fn move_workers(mut conductor: Conductor) {
     let cores = two_cores();
     for step in 0..STEPS {
         // Together, in turns, in halves, the other way round, and back again at once.
@@ -108,8 +124,47 @@ fn the_best_number_of_cores_is_searched_and_told() {
 }
 
 #[test]
+fn wake_ups_that_are_lost_cost_time_only() {
+    let network = chain::network(chain::AGENTS);
+    let (groups, steps) = (singles(&network), 200);
+    let settings = Settings { wake: Wake::Events, ..settings() };
+    let lossy = || {
+        let mut command = worker_command("chain");
+        // Whoever opens a gate wakes nobody one time in three.
+        command.env("PHALANX_LOSE_WAKE_UPS", "3");
+        command
+    };
+    let mut conductor = launch_by("lossy", &network, &groups, steps, settings, lossy);
+    conductor.wait_ready(Duration::from_secs(60)).unwrap();
+    let traces = Traces::of(&conductor);
+    let mut local = local_chain();
+    for _ in 0..steps {
+        local.step().unwrap();
+        conductor.step().unwrap();
+    }
+    let [expected, found] =
+        [local.store(), conductor.store()].map(|store| chain::digest(chain::AGENTS, store, steps - 1));
+    assert_eq!(found, expected);
+    conductor.finish().unwrap();
+    traces.assert_none();
+}
+
+#[test]
+fn a_name_too_long_for_sockets_is_refused_in_words() {
+    let network = chain::network(chain::AGENTS);
+    let name = "a-name-of-thirty-characters---";
+    let plan = Plan::new(name, network.clone(), 1_000_000, 1, workers(&network, &singles(&network))).unwrap();
+    let settings = Settings { wake: Wake::Events, ..settings() };
+    let Err(error) = Conductor::new(RunDirectory::create(name).unwrap(), plan, settings) else {
+        panic!("its sockets cannot be there")
+    };
+    let message = error.to_string();
+    assert!(message.contains(name) && message.contains("call it `a-name-"), "{message}");
+}
+
+#[test]
 fn two_runs_of_one_name_at_once() {
-    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), "chain");
+    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), settings(), "chain");
     std::thread::scope(|scope| {
         let runs = [scope.spawn(run), scope.spawn(run)];
         assert_eq!(runs.map(|run| run.join().unwrap()), [DIGEST, DIGEST]);
