@@ -94,15 +94,8 @@ impl Page {
                 let timeout = Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
                 let _ = futex::wait(word, flags, value, Some(&timeout));
             }
-            (Waker::Events(joined), _) => {
-                if word.load(SeqCst) == value {
-                    let patience = patience.map_or(events::LOOK, |patience| patience.min(events::LOOK));
-                    match &*joined.read().unwrap_or_else(PoisonError::into_inner) {
-                        Some(events) => events.wait(spot, patience),
-                        None => std::thread::sleep(patience),
-                    }
-                }
-            }
+            (Waker::Events(joined), _) if word.load(SeqCst) == value => wait(joined, spot, patience),
+            (Waker::Events(_), _) => {}
         }
     }
 
@@ -114,11 +107,7 @@ impl Page {
             Waker::Futex => {
                 let _ = futex::wake_bitset(self.word(spot), futex::Flags::empty(), i32::MAX as u32, sides);
             }
-            Waker::Events(joined) => {
-                if let Some(events) = &*joined.read().unwrap_or_else(PoisonError::into_inner) {
-                    events.notify(spot);
-                }
-            }
+            Waker::Events(joined) => notify(joined, spot),
         }
     }
 
@@ -127,5 +116,22 @@ impl Page {
             Spot::Bell => &self.head().bell,
             Spot::Gate(phase) => &self.phase(phase).gate,
         }
+    }
+}
+
+/// Waits for an event, but not for long: it may be lost.
+#[cold]
+fn wait(joined: &RwLock<Option<Events>>, spot: Spot, patience: Option<Duration>) {
+    let patience = patience.map_or(events::LOOK, |patience| patience.min(events::LOOK));
+    match &*joined.read().unwrap_or_else(PoisonError::into_inner) {
+        Some(events) => events.wait(spot, patience),
+        None => std::thread::sleep(patience),
+    }
+}
+
+#[cold]
+fn notify(joined: &RwLock<Option<Events>>, spot: Spot) {
+    if let Some(events) = &*joined.read().unwrap_or_else(PoisonError::into_inner) {
+        events.notify(spot);
     }
 }

@@ -1,19 +1,17 @@
 //! What comes out of a run does not depend on how it is spread over processes.
 
-use std::time::Duration;
-
 use lockstep::{
-    Channel, ChannelId, Conductor, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError,
-    RunDirectory, Settings, Status, Timing, Wake, allowed_cores,
+    Channel, ChannelId, Conductor, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Settings,
+    Status, Timing, Wake, allowed_cores,
 };
 
-use crate::support::{Traces, all_ways, eventually, launch_by, settings, singles, start, worker_command, workers};
+use crate::support::{Traces, all_ways, eventually, settings, singles, start, workers};
 use crate::{chain, worker};
 
 const STEPS: u64 = 2200;
 const DIGEST: &str = "401660ed0ae7a22d";
 
-fn local_chain() -> Local {
+pub(crate) fn local_chain() -> Local {
     let network = chain::network(chain::AGENTS);
     let participants = (0..chain::NODES).map(|node| chain::participant(chain::AGENTS, node)).collect();
     Local::new(network, participants, 1e-3).unwrap()
@@ -121,45 +119,6 @@ fn the_best_number_of_cores_is_searched_and_told() {
     assert!(balanced.alone.is_some_and(|time| !time.is_zero()), "{balanced:?}");
     assert_eq!(balanced.cores[0], cores[1]);
     conductor.finish().unwrap();
-}
-
-#[test]
-fn wake_ups_that_are_lost_cost_time_only() {
-    let network = chain::network(chain::AGENTS);
-    let (groups, steps) = (singles(&network), 200);
-    let settings = Settings { wake: Wake::Events, ..settings() };
-    let lossy = || {
-        let mut command = worker_command("chain");
-        // Whoever opens a gate wakes nobody one time in three.
-        command.env("PHALANX_LOSE_WAKE_UPS", "3");
-        command
-    };
-    let mut conductor = launch_by("lossy", &network, &groups, steps, settings, lossy);
-    conductor.wait_ready(Duration::from_secs(60)).unwrap();
-    let traces = Traces::of(&conductor);
-    let mut local = local_chain();
-    for _ in 0..steps {
-        local.step().unwrap();
-        conductor.step().unwrap();
-    }
-    let [expected, found] =
-        [local.store(), conductor.store()].map(|store| chain::digest(chain::AGENTS, store, steps - 1));
-    assert_eq!(found, expected);
-    conductor.finish().unwrap();
-    traces.assert_none();
-}
-
-#[test]
-fn a_name_too_long_for_sockets_is_refused_in_words() {
-    let network = chain::network(chain::AGENTS);
-    let name = "a-name-of-thirty-characters---";
-    let plan = Plan::new(name, network.clone(), 1_000_000, 1, workers(&network, &singles(&network))).unwrap();
-    let settings = Settings { wake: Wake::Events, ..settings() };
-    let Err(error) = Conductor::new(RunDirectory::create(name).unwrap(), plan, settings) else {
-        panic!("its sockets cannot be there")
-    };
-    let message = error.to_string();
-    assert!(message.contains(name) && message.contains("call it `a-name-"), "{message}");
 }
 
 #[test]
@@ -285,16 +244,16 @@ fn two_hundred_processes_give_the_same_bits_and_leave_nothing() {
     let network = chain::network(agents);
     let participants = (0..chain::nodes(agents)).map(|node| chain::participant(agents, node)).collect();
     let mut local = Local::new(network.clone(), participants, 1e-3).unwrap();
-    let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings(), "chain100");
-    let traces = Traces::of(&conductor);
-    for _ in 0..steps {
-        local.step().unwrap();
-        conductor.step().unwrap();
+    (0..steps).for_each(|_| local.step().map(drop).unwrap());
+    for settings in all_ways() {
+        let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings, "chain100");
+        let traces = Traces::of(&conductor);
+        (0..steps).for_each(|_| conductor.step().map(drop).unwrap());
+        let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
+        assert_eq!(ours, theirs);
+        conductor.finish().unwrap();
+        traces.assert_none();
     }
-    let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
-    assert_eq!(ours, theirs);
-    conductor.finish().unwrap();
-    traces.assert_none();
 }
 
 #[test]
