@@ -15,7 +15,8 @@ use std::env;
 use std::error::Error;
 use std::process::ExitCode;
 
-use measure::{Recording, Taken, processes, processes_on, single, uav};
+use lockstep::Wake;
+use measure::{Recording, Taken, processes, processes_by, processes_on, single, uav};
 use table::{Bound, Row, table};
 
 /// Rounds of every measurement, unless `ROUNDS` says otherwise.
@@ -44,9 +45,10 @@ pub fn main() -> ExitCode {
 }
 
 /// What is measured; all lines take turns.
-const LINES: [Line; 13] = [
+const LINES: [Line; 14] = [
     Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
     Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
+    Line("6 agents, events", |core, steps| processes_by(Wake::Events, 6, steps, &[core], Recording::Off)),
     Line("6 agents, recording", |core, steps| processes(6, steps, core, Recording::On)),
     Line("6 agents on two cores, recording", |core, steps| processes_on(6, steps, &two(core)?, Recording::On)),
     Line("single", |core, steps| on_core(core, move || step(single(steps * 20, Recording::Off)?))),
@@ -122,6 +124,7 @@ fn rows(figures: &Figures) -> Vec<Row> {
     };
     let (small, on) = (Some("yardstick of 6 agents"), "6 agents, recording");
     row("chain14, 15 processes", "6 agents", small, Bound::Times(1.2));
+    row("chain14, 15 processes, events", "6 agents, events", small, Bound::Times(2.5));
     row("chain14, 15 processes, recording", on, small, Bound::Times(1.6));
     row("chain14, 15 processes, recording", on, None, Bound::Rate(20_000.0));
     row("chain14, single", "single", None, Bound::Rate(1_000_000.0));

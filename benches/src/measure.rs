@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
-use lockstep::{Conductor, Header, Local, Network, Node, Plan, RunDirectory, Settings, Status, Store, WorkerPlan};
+use lockstep::{
+    Conductor, Header, Local, Network, Node, Plan, RunDirectory, Settings, Status, Store, Wake, WorkerPlan,
+};
 use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
 use orchestrator::placement::Placement;
@@ -58,6 +60,17 @@ pub(crate) fn processes_on(
     cores: &[usize],
     recording: Recording,
 ) -> Result<Taken, Box<dyn Error>> {
+    processes_by(Wake::Futex, agents, steps, cores, recording)
+}
+
+/// The same, with processes that wake each other like this.
+pub(crate) fn processes_by(
+    wake: Wake,
+    agents: usize,
+    steps: u64,
+    cores: &[usize],
+    recording: Recording,
+) -> Result<Taken, Box<dyn Error>> {
     let (core, cores) = (*cores.first().ok_or("no core")?, cores.to_vec());
     let network = chain::network(agents);
     // The thread that compresses must not share the core of the participants.
@@ -68,7 +81,8 @@ pub(crate) fn processes_on(
         // Longer than it is run, so that all processes are still there when their memory is looked at.
         let plan = Plan::new("bench", network, PERIOD, WARM_UP + steps + SPARE, workers)?;
         let start = Instant::now();
-        let mut conductor = Conductor::new(RunDirectory::create("bench")?, plan, Settings::default())?;
+        let settings = Settings { wake, ..Settings::default() };
+        let mut conductor = Conductor::new(RunDirectory::create("bench")?, plan, settings)?;
         for worker in 0..chain::nodes(agents) {
             conductor.spawn(worker, Command::new(env::current_exe()?), Some(core))?;
         }

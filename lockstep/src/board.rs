@@ -79,19 +79,8 @@ impl Hub {
     /// # Errors
     /// [`ServiceError`] if iceoryx2 cannot work there.
     pub(crate) fn join(directory: &Path, run: &str, name: &str) -> Result<Self, ServiceError> {
-        set_log_level(LogLevel::Error);
-        let failed = |what: &str| format!("iceoryx2 cannot use {what} of the run");
-        let root = directory.join(ROOT);
-        // Not the global configuration: that reads files from the working directory and from the home of the user.
-        let mut config = Config::default();
-        config.global.prefix = FileName::new(directory::prefix(run).as_bytes()).map_err(error(failed("the name")))?;
-        let root = iceoryx2::prelude::Path::new(root.as_os_str().as_encoded_bytes());
-        config.global.set_root_path(&root.map_err(error(failed("the directory")))?);
-        // Cleaning up after dead processes races with living ones; the run directory is removed as a whole.
-        config.global.service.cleanup_dead_nodes_on_open = false;
-        config.global.node.cleanup_dead_nodes_on_creation = false;
-        config.global.node.cleanup_dead_nodes_on_destruction = false;
-        let node_name = name.try_into().map_err(error(failed("the name of a process")))?;
+        let config = configuration(&directory.join(ROOT), run)?;
+        let node_name = name.try_into().map_err(error(format!("iceoryx2 cannot use the name of {name}")))?;
         let node = NodeBuilder::new()
             .name(&node_name)
             .config(&config)
@@ -278,6 +267,25 @@ pub(crate) fn follow<'a>(
         left.retain(|reader| !of_writer(reader));
     }
     Ok(())
+}
+
+/// How iceoryx2 is to keep its files of a run, in the directory `root`.
+///
+/// # Errors
+/// [`ServiceError`] if it cannot use the directory or the name of the run.
+pub(crate) fn configuration(root: &Path, run: &str) -> Result<Config, ServiceError> {
+    set_log_level(LogLevel::Error);
+    let failed = |what: &str| format!("iceoryx2 cannot use {what} of the run");
+    // Not the global configuration: that reads files from the working directory and from the home of the user.
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(directory::prefix(run).as_bytes()).map_err(error(failed("the name")))?;
+    let root = iceoryx2::prelude::Path::new(root.as_os_str().as_encoded_bytes());
+    config.global.set_root_path(&root.map_err(error(failed("the directory")))?);
+    // Cleaning up after dead processes races with living ones; the run directory is removed as a whole.
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    Ok(config)
 }
 
 /// Names the service of a node and of one process that hosts it.

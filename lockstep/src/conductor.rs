@@ -33,8 +33,8 @@ use error::system;
 use tempo::Tempo;
 
 use crate::board::{ChannelReader, Hub, RING};
-use crate::page::Page;
-use crate::{Plan, RunDirectory, Store, directory};
+use crate::page::{Events, Page};
+use crate::{Plan, RunDirectory, Store, Wake, directory};
 
 /// How a conductor treats its workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,13 +47,15 @@ pub struct Settings {
     pub forward_output: bool,
     /// How often every worker may be replaced while the run goes on: shared memory has places for so many readers.
     pub replacements: u32,
+    /// What the processes wake each other with.
+    pub wake: Wake,
 }
 
 impl Default for Settings {
-    /// A deadline of 10 s, a grace of 2 s, output passed on, eight replacements.
+    /// A deadline of 10 s, a grace of 2 s, output passed on, eight replacements, futexes.
     fn default() -> Self {
         let (deadline, grace) = (Duration::from_secs(10), Duration::from_secs(2));
-        Self { deadline, grace, forward_output: true, replacements: 8 }
+        Self { deadline, grace, forward_output: true, replacements: 8, wake: Wake::Futex }
     }
 }
 
@@ -93,6 +95,7 @@ impl Conductor {
     /// [`RunError`] if the operating system or iceoryx2 refuse something.
     pub fn new(directory: RunDirectory, mut plan: Plan, settings: Settings) -> Result<Self, RunError> {
         plan.run = directory.name().into();
+        plan.wake = settings.wake;
         plan.write(directory.path())?;
         let hub = Hub::join(directory.path(), &plan.run, "conductor")?;
         let mut readers = Vec::new();
@@ -102,9 +105,14 @@ impl Conductor {
                 readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
             }
         }
+        let events = match plan.wake {
+            Wake::Futex => None,
+            Wake::Events => Some(Events::create(directory.path(), &plan, settings.replacements as usize)?),
+        };
         directory.protect()?;
         directory::require_room(room_of_workers(&plan)).map_err(system("start the processes of the run"))?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
+        page.use_events(events);
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
         let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
         let store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
@@ -269,12 +277,15 @@ fn room_of_workers(plan: &Plan) -> usize {
     const FILE: usize = 4 << 10;
     /// Files of a worker besides those of services.
     const OTHERS: usize = 4;
+    let events = usize::from(plan.wake == Wake::Events);
     let writers = plan.network.writers();
     let of_worker = |nodes: &Vec<usize>| {
         let inputs = nodes.iter().flat_map(|&node| &plan.network.nodes[node].inputs);
         let read = inputs.filter_map(|input| writers[input.channel.0]);
         let services: BTreeSet<usize> = read.chain(nodes.iter().copied()).collect();
-        (services.len() + OTHERS) * FILE
+        // With events, a file for every gate that it listens at, and those of one more node.
+        let listeners = events * (nodes.len() + OTHERS);
+        (services.len() + OTHERS + listeners) * FILE
     };
     plan.workers.iter().map(|worker| of_worker(&worker.nodes)).sum()
 }

@@ -2,7 +2,7 @@
 //!
 //! This crate knows no robot. It knows *participants* (nodes with a `step`), *channels* (one writer, many readers, one
 //! sample per step), the *phases* that follow from who reads whom in the same step, and two ways to run them: all in one
-//! process ([`Local`]), or spread over processes that meet at futex gates and exchange samples through iceoryx2.
+//! process ([`Local`]), or spread over processes that meet at gates and exchange samples through iceoryx2.
 //!
 //! Start with [`Participant`] and [`Network`]. To run a network in processes, spread its nodes over the workers of a [`Plan`],
 //! create a [`Conductor`] in a [`RunDirectory`], and have every spawned program call [`serve`]; the example `chain14` does
@@ -43,6 +43,7 @@ pub use layout::{Field, Layout, Shape};
 pub use local::{Local, StepError};
 pub use network::{Channel, ChannelId, Input, LoopError, Network, Node, Timing};
 pub use onlooker::{LookError, Onlooker};
+pub use page::Wake;
 pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use plan::{Plan, PlanError, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, Status};

@@ -15,25 +15,25 @@
 //! the conductor sees what the dead one had taken on and does it in its place ([`Page::repair`]).
 
 mod claim;
+mod events;
 mod memory;
 mod passing;
 mod repair;
 mod side;
 mod tally;
+mod wake;
 
-use std::sync::atomic::{
-    AtomicU32,
-    Ordering::{Relaxed, SeqCst},
-};
+use std::num::NonZeroU32;
+use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 use std::time::Duration;
 
-use rustix::event::Timespec;
-use rustix::thread::futex;
-
 use claim::CONDUCTOR;
+pub(crate) use events::Events;
 use memory::MESSAGE_BYTES;
 pub(crate) use memory::Page;
 pub(crate) use tally::{Run, Watch};
+pub use wake::Wake;
+use wake::{EVERYBODY, Spot};
 
 use crate::ticks;
 
@@ -117,18 +117,16 @@ impl Page {
         self.head().bell.load(SeqCst)
     }
 
-    /// Sleeps until the bell is rung more often than `rings`, or for `patience`.
+    /// Sleeps until the bell is rung more often than `rings`, or for `patience`; may return earlier.
     pub(crate) fn sleep(&self, rings: u32, patience: Duration) {
-        let timeout = Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
-        // Whatever ends the wait, the caller looks at the page again.
-        let _ = futex::wait(&self.head().bell, futex::Flags::empty(), rings, Some(&timeout));
+        self.sleep_while(Spot::Bell, rings, NonZeroU32::MAX, Some(patience));
     }
 
     /// Lets every worker end, now or at its next gate.
     pub(crate) fn stop(&self) {
-        for phase in (0..self.phases).map(|phase| self.phase(phase)) {
-            phase.gate.fetch_or(STOP, SeqCst);
-            wake_all(&phase.gate);
+        for phase in 0..self.phases {
+            self.phase(phase).gate.fetch_or(STOP, SeqCst);
+            self.wake(Spot::Gate(phase), EVERYBODY);
         }
     }
 
@@ -207,7 +205,7 @@ impl Page {
             if std::mem::take(&mut may_pass) && self.pass_core_on() {
                 continue;
             }
-            self.sleep_at(worker, gate, value);
+            self.sleep_at(worker, phase, value);
         }
     }
 
@@ -293,7 +291,7 @@ impl Page {
     pub(crate) fn ring(&self) {
         // The word changes first: who is about to sleep on the old value then does not.
         self.head().bell.fetch_add(1, SeqCst);
-        wake_all(&self.head().bell);
+        self.wake(Spot::Bell, EVERYBODY);
     }
 
     /// All workers of a phase have arrived at `step`: lets the next phase run, or completes the step, unless somebody else
@@ -356,9 +354,4 @@ fn released(step: u64) -> u32 {
 /// The lowest `count` bits, up to 64.
 fn full(count: u32) -> u64 {
     u64::MAX.checked_shr(64 - count).unwrap_or(0)
-}
-
-#[unsafe(link_section = "lockstep_step")]
-fn wake_all(word: &AtomicU32) {
-    let _ = futex::wake(word, futex::Flags::empty(), i32::MAX as u32);
 }

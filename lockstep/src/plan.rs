@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::{ChannelId, LoopError, MAX_WORDS, Network};
+use crate::{ChannelId, LoopError, MAX_WORDS, Network, Wake};
 
 /// Name of the plan's file within the run directory.
 pub(crate) const PLAN_FILE: &str = "plan.json";
 
 /// How a plan is written down; another number is another way.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Most processes that can meet in one phase.
 pub(crate) const MAX_MEMBERS: usize = 4096;
@@ -49,6 +49,8 @@ pub struct Plan {
     pub workers: Vec<WorkerPlan>,
     /// How many of its last runs every worker keeps for a trace; 0 at first, and without influence on any result.
     pub traced: u32,
+    /// What the processes wake each other with; said by the conductor, and without influence on any result.
+    pub(crate) wake: Wake,
     /// SHA-256 of the text that the participants are built from; empty if there is none.
     source: String,
     digest: String,
@@ -140,9 +142,10 @@ impl Plan {
         }
         // The division of two integers below 2^53 is the double nearest to the decimal number that people write.
         let dt = period_ns as f64 / 1e9;
-        let (format, traced) = (FORMAT, 0);
+        let (format, traced, wake) = (FORMAT, 0, Wake::default());
         let (run, source, digest) = (run.into(), String::new(), String::new());
-        let mut plan = Self { format, run, network, phases, period_ns, dt, steps, workers, traced, source, digest };
+        let mut plan =
+            Self { format, run, network, phases, period_ns, dt, steps, workers, traced, wake, source, digest };
         plan.digest = plan.compute_digest();
         match (0..plan.phase_count()).find(|&phase| plan.members(phase).len() > MAX_MEMBERS) {
             Some(phase) => {

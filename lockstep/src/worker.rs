@@ -21,8 +21,8 @@ use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 use crate::board::{Hub, ServiceError};
 use seat::Seat;
 
-use crate::page::{FaultKind, Page, Report};
-use crate::{Fault, Participant, Plan};
+use crate::page::{Events, FaultKind, Page, Report};
+use crate::{Fault, Participant, Plan, Wake};
 
 /// Environment variable with the path of the run directory.
 pub(crate) const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
@@ -172,6 +172,9 @@ impl Worker {
         let (plan, page) = (&self.plan, &self.page);
         let failed = |error: ServiceError| error.to_string();
         let hub = Hub::join(&self.directory, &plan.run, &plan.workers[self.number].name).map_err(failed)?;
+        if plan.wake == Wake::Events {
+            page.use_events(Some(Events::join(&self.directory, plan, self.number).map_err(failed)?));
+        }
         // Noted before the look at who serves as which worker, so that whoever is replaced later is noticed.
         let changes = page.changes();
         let incarnation = self.orders.map_or(0, |orders| orders.incarnation);

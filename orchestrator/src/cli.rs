@@ -18,6 +18,7 @@ pub(crate) use documents::{ManArgs, program};
 use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
+use lockstep::Wake;
 pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 pub(crate) use profile::ProfileArgs;
@@ -147,6 +148,24 @@ pub(crate) struct ListArgs {
     pub(crate) json: bool,
 }
 
+/// What the processes of a run wake each other with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Waking {
+    /// Futexes on shared memory, as Linux has them
+    Futex,
+    /// Events of iceoryx2, for systems without such futexes; slower
+    Events,
+}
+
+impl From<Waking> for Wake {
+    fn from(waking: Waking) -> Self {
+        match waking {
+            Waking::Futex => Self::Futex,
+            Waking::Events => Self::Events,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -168,6 +187,9 @@ pub(crate) struct RunArgs {
     /// the wake-ups, which is measured), `none` (the operating system decides) or the number of a core
     #[arg(long, default_value = "auto")]
     pub(crate) pin: String,
+    /// What the processes wake each other with; changes no bit of the result
+    #[arg(long, value_enum, default_value_t = Waking::Futex)]
+    pub(crate) wake: Waking,
     /// Keep pace with the clock: so many simulated seconds per second
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = positive)]
     pub(crate) realtime: Option<f64>,

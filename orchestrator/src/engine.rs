@@ -7,7 +7,7 @@ use std::time::Duration;
 use formation::scenario::FailurePolicy;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
-    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
+    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, Wake, allowed_cores, pin_to_core,
 };
 
 use crate::control::Stop;
@@ -34,6 +34,8 @@ pub struct Staging {
     pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// What they wake each other with.
+    pub wake: Wake,
     /// How many of its last runs every process keeps for a trace.
     pub traced: u32,
     /// How urgent they are.
@@ -145,7 +147,7 @@ impl Engine {
             .map_err(RunError::from)?;
         plan.traced = staging.traced;
         RunDirectory::sweep()?;
-        let directory = RunDirectory::create(&assembly.scenario.name)?;
+        let directory = RunDirectory::create(&staging.wake.run_name(&assembly.scenario.name))?;
         let path = directory.path().join(SCENARIO_FILE);
         let text = assembly.scenario.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
@@ -154,6 +156,7 @@ impl Engine {
         let settings = Settings {
             deadline: Duration::from_secs_f64(staging.on_failure.deadline),
             replacements: staging.on_failure.restarts + SWAPS,
+            wake: staging.wake,
             ..Settings::default()
         };
         let mut cast = Cast {

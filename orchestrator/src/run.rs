@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use formation::scenario::FailurePolicy;
 use formation::wiring::Assembly;
-use lockstep::{RunError, Snapshot, Tap};
+use lockstep::{RunError, Snapshot, Tap, Wake};
 
 use crate::assertions::{self, Findings, Guard, Watch};
 use crate::control::{About, Keys, Pace, Pacing, Server, Stop};
@@ -50,6 +50,8 @@ pub struct Options {
     pub on_failure: FailurePolicy,
     /// What is done to make the run stumble.
     pub stress: Option<Stress>,
+    /// What its processes wake each other with.
+    pub wake: Wake,
     /// Whether every sample is published, too, for whoever looks on.
     pub tap: bool,
     /// How urgent its processes are.
@@ -65,7 +67,23 @@ impl Options {
         let (on_failure, urgency) = (FailurePolicy::default(), Urgency::default());
         let (scene, progress, tap) = (true, false, false);
         let (pace, trace, stress, log_dir) = (None, None, None, None);
-        Self { placement, log, scene, pin, swaps, progress, pace, trace, on_failure, stress, tap, urgency, log_dir }
+        let wake = Wake::default();
+        Self {
+            placement,
+            log,
+            scene,
+            pin,
+            swaps,
+            progress,
+            pace,
+            trace,
+            on_failure,
+            stress,
+            wake,
+            tap,
+            urgency,
+            log_dir,
+        }
     }
 
     /// Whether somebody takes part for whom time passes by itself.
@@ -79,6 +97,7 @@ impl Options {
             swaps: self.swaps.clone(),
             on_failure: self.on_failure.clone(),
             stress: self.stress,
+            wake: self.wake,
             urgency: self.urgency,
             log_dir: self.log_dir.clone(),
             traced: if self.trace.is_some() { TRACED_RUNS } else { 0 },

@@ -164,5 +164,7 @@ impl Drop for Crew {
         }
         // Kills who is still there, and reaps all.
         self.children.clear();
+        // Handles of the run may outlive its directory.
+        page.use_events(None);
     }
 }

@@ -12,6 +12,7 @@ use rustix::mm::{MapFlags, ProtFlags};
 use super::claim::Claim;
 use super::side::{SIDES, Share, Side};
 use super::tally::{Event, Tally};
+use super::wake::Waker;
 use crate::plan::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
@@ -109,10 +110,12 @@ pub(crate) struct Page {
     pub(super) workers: usize,
     /// Runs of every worker that are kept for a trace.
     pub(super) traced: usize,
+    /// Of this process.
+    pub(super) waker: Waker,
     file: OwnedFd,
 }
 
-// SAFETY: the page consists of atomics only; the mapping lives as long as the value.
+// SAFETY: the mapping consists of atomics only and lives as long as the value; all else may be sent by itself.
 unsafe impl Send for Page {}
 // SAFETY: as above.
 unsafe impl Sync for Page {}
@@ -180,7 +183,7 @@ impl Page {
             )?
         };
         let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { base, bytes, phases, workers, traced, file })
+        Ok(Self { base, bytes, phases, workers, traced, waker: plan.wake.into(), file })
     }
 
     /// The file, to hand it to a child.

@@ -22,7 +22,7 @@ impl Page {
     /// Hands the core on once, if that is wanted; `false` if it is not.
     ///
     /// Once per wait and not more often: who finds its gate closed then stands in the wrong order among those of its core,
-    /// and is put in the right one by being woken when the gate opens.
+    /// and is put in the right one by being woken when the gate opens. That holds for futexes and for events alike.
     #[unsafe(link_section = "lockstep_step")]
     pub(super) fn pass_core_on(&self) -> bool {
         let limit = self.passing_limit();

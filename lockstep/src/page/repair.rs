@@ -2,8 +2,9 @@
 
 use std::sync::atomic::Ordering::SeqCst;
 
+use super::Page;
 use super::claim::{CONDUCTOR, Claim};
-use super::{Page, wake_all};
+use super::wake::{EVERYBODY, Spot};
 
 impl Page {
     /// Does what dead workers have left undone. To be called after every death, before anybody takes the place of the dead.
@@ -31,7 +32,7 @@ impl Page {
                 }
             }
             // Who opened it may have died before waking anybody.
-            wake_all(&self.phase(phase).gate);
+            self.wake(Spot::Gate(phase), EVERYBODY);
             if !self.is_complete(phase, step) {
                 return;
             }
@@ -59,7 +60,7 @@ impl Page {
     pub(crate) fn dismiss(&self, worker: usize) {
         self.slot(worker).dismissed.store(1, SeqCst);
         // Whoever looked at that before and is about to sleep wakes when the run goes on, or is killed by a patience's end.
-        (0..self.phases).for_each(|phase| wake_all(&self.phase(phase).gate));
+        (0..self.phases).for_each(|phase| self.wake(Spot::Gate(phase), EVERYBODY));
     }
 
     /// Whether the process of a worker is to end.

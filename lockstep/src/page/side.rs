@@ -16,8 +16,7 @@ use std::sync::atomic::{
     Ordering::{Relaxed, SeqCst},
 };
 
-use rustix::thread::futex;
-
+use super::wake::{EVERYBODY, Spot};
 use super::{Page, STOP, released};
 use crate::ticks;
 
@@ -25,8 +24,6 @@ use crate::ticks;
 pub(crate) const SIDES: usize = 8;
 /// Looks at a gate between two looks at the clock.
 const LOOKS: u32 = 16;
-/// Everybody who sleeps at a gate, whatever the side.
-const EVERYBODY: u32 = u32::MAX;
 
 /// A core with workers.
 #[repr(C, align(128))]
@@ -76,7 +73,10 @@ impl Page {
     }
 
     /// From now on, sides are watched for so many ticks at a time; with 0, not at all.
+    ///
+    /// Events wake all who listen, whatever their side: a watcher would only be one more process that does not sleep.
     pub(crate) fn watch(&self, ticks: u64) {
+        let ticks = if self.wakes_by_sides() { ticks } else { 0 };
         self.head().changes.watching.store(ticks, SeqCst);
     }
 
@@ -84,18 +84,17 @@ impl Page {
     pub(crate) fn relieve(&self) {
         self.head().sides.iter().for_each(|side| side.watched.store(0, SeqCst));
         for phase in 0..self.phases {
-            wake(&self.phase(phase).gate, EVERYBODY);
+            self.wake(Spot::Gate(phase), EVERYBODY);
         }
     }
 }
 
 /// The workers' side of it.
 impl Page {
-    /// Sleeps until `gate` shows something else than `value`, or somebody wakes the worker's side.
-    pub(super) fn sleep_at(&self, worker: usize, gate: &AtomicU32, value: u32) {
+    /// Sleeps until the gate of a phase shows something else than `value`, or somebody wakes the worker's side.
+    pub(super) fn sleep_at(&self, worker: usize, phase: usize, value: u32) {
         let side = NonZeroU32::new(1 << self.slot(worker).side.load(SeqCst)).unwrap_or(NonZeroU32::MAX);
-        // EAGAIN and EINTR mean: look again.
-        let _ = futex::wait_bitset(gate, futex::Flags::empty(), value, None, side);
+        self.sleep_while(Spot::Gate(phase), value, side, None);
     }
 
     /// Forgets who has arrived in a phase before it is opened.
@@ -120,7 +119,7 @@ impl Page {
     pub(super) fn wake_sides(&self, phase: usize, step: u64, opener: Option<usize>) {
         let place = self.phase(phase);
         if self.head().changes.watching.load(SeqCst) == 0 {
-            return wake(&place.gate, EVERYBODY);
+            return self.wake(Spot::Gate(phase), EVERYBODY);
         }
         let own = opener.map(|worker| self.slot(worker).side.load(SeqCst) as usize);
         let opened = Target { phase, step }.word();
@@ -131,7 +130,7 @@ impl Page {
                 bits |= 1 << number;
             }
         }
-        wake(&place.gate, bits);
+        self.wake(Spot::Gate(phase), bits);
     }
 
     /// Watches for the side of a worker that was the last of it to arrive in `phase` of `step`.
@@ -155,7 +154,7 @@ impl Page {
         // Whoever opens it from now on wakes this side; who has opened it before may have relied on the watcher.
         side.watched.store(0, SeqCst);
         if has_opened() {
-            wake(gate, 1 << number);
+            self.wake(Spot::Gate(target.phase), 1 << number);
         }
     }
 
@@ -164,12 +163,5 @@ impl Page {
         let behind = (phase + 1..self.phases).map(|phase| Target { phase, step });
         let next = (0..=phase).map(|phase| Target { phase, step: step + 1 });
         behind.chain(next).find(|target| self.phase(target.phase).shares[side].members.load(Relaxed) > 0)
-    }
-}
-
-/// Wakes those of some sides who sleep at a gate.
-fn wake(gate: &AtomicU32, sides: u32) {
-    if let Some(sides) = NonZeroU32::new(sides) {
-        let _ = futex::wake_bitset(gate, futex::Flags::empty(), i32::MAX as u32, sides);
     }
 }

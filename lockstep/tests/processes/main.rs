@@ -6,4 +6,5 @@ mod mishaps;
 mod replacements;
 mod results;
 mod support;
+mod waking;
 mod worker;

@@ -12,7 +12,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::chain;
 use crate::support::{
-    PLAY, Traces, eventually, launch, settings, shared_files, singles, start, step_to_error, this_binary, workers,
+    PLAY, Traces, all_ways, eventually, launch, settings, shared_files, singles, start, step_to_error, this_binary,
+    workers,
 };
 use crate::worker::participant;
 
@@ -48,17 +49,19 @@ fn error_after(name: &str, settings: Settings, play: &str, mishap: impl FnOnce(u
 
 #[test]
 fn a_killed_worker_is_named_at_once() {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    let error = error_after("killed", settings(), "chain", move |pid| {
-        sender.send(Instant::now()).unwrap();
-        signal(pid, Signal::KILL);
-    });
-    // Includes the orderly end of the thirteen others.
-    assert!(receiver.recv().unwrap().elapsed() < Duration::from_secs(2));
-    let RunError::Died { worker, death, step, .. } = &error else { panic!("{error}") };
-    assert_eq!((worker.as_str(), *death), (VICTIM_NAME, Death::Signal(9)));
-    assert!(step.is_some());
-    assert!(error.to_string().contains("SIGKILL"), "{error}");
+    for settings in all_ways() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let error = error_after("killed", settings, "chain", move |pid| {
+            sender.send(Instant::now()).unwrap();
+            signal(pid, Signal::KILL);
+        });
+        // Includes the orderly end of the thirteen others.
+        assert!(receiver.recv().unwrap().elapsed() < Duration::from_secs(2));
+        let RunError::Died { worker, death, step, .. } = &error else { panic!("{error}") };
+        assert_eq!((worker.as_str(), *death), (VICTIM_NAME, Death::Signal(9)));
+        assert!(step.is_some());
+        assert!(error.to_string().contains("SIGKILL"), "{error}");
+    }
 }
 
 #[test]
@@ -96,8 +99,10 @@ fn of_two_faults_in_a_phase_that_of_the_first_node_is_told() {
 
 #[test]
 fn a_fault_is_told_as_it_was_said() {
-    let error = error_after("fault", settings(), "fault:10:77", |_| {});
-    assert_eq!(error.to_string(), "controller_3 at step 77: the reference is out of reach");
+    for settings in all_ways() {
+        let error = error_after("fault", settings, "fault:10:77", |_| {});
+        assert_eq!(error.to_string(), "controller_3 at step 77: the reference is out of reach");
+    }
 }
 
 #[test]
@@ -117,32 +122,41 @@ fn a_panic_is_a_fault() {
 
 #[test]
 fn a_stopped_worker_is_named_after_the_deadline() {
-    let settings = Settings { deadline: Duration::from_millis(300), ..settings() };
-    let error = error_after("stopped", settings, "chain", |pid| signal(pid, Signal::STOP));
-    let RunError::Deadline { late, phase, waited, .. } = &error else { panic!("{error}") };
-    assert_eq!((late.len(), late[0].worker.as_str(), late[0].state, *phase), (1, VICTIM_NAME, 'T', 3));
-    assert!(*waited >= Duration::from_millis(300) && *waited < Duration::from_secs(2), "{waited:?}");
-    assert!(error.to_string().contains("stopped"), "{error}");
+    for settings in all_ways() {
+        let settings = Settings { deadline: Duration::from_millis(300), ..settings };
+        let error = error_after("stopped", settings, "chain", |pid| signal(pid, Signal::STOP));
+        let RunError::Deadline { late, phase, waited, .. } = &error else { panic!("{error}") };
+        assert_eq!((late.len(), late[0].worker.as_str(), late[0].state, *phase), (1, VICTIM_NAME, 'T', 3));
+        assert!(*waited >= Duration::from_millis(300) && *waited < Duration::from_secs(2), "{waited:?}");
+        assert!(error.to_string().contains("stopped"), "{error}");
+    }
 }
 
 #[test]
 fn an_interrupt_ends_a_step_that_does_not_end() {
-    let mut conductor = start_chain("interrupt", settings(), "chain");
-    let traces = Traces::of(&conductor);
-    let (interrupt, victim) = (conductor.interrupt(), conductor.pid(VICTIM).unwrap());
-    let raised = std::thread::spawn(move || {
-        std::thread::sleep(Duration::from_millis(30));
-        signal(victim, Signal::STOP);
-        std::thread::sleep(Duration::from_millis(30));
-        interrupt.raise();
-        Instant::now()
-    });
-    let error = step_to_error(&mut conductor);
-    assert!(raised.join().unwrap().elapsed() < Duration::from_secs(1));
-    assert!(matches!(error, RunError::Interrupted { .. }), "{error}");
-    // Without `finish`.
-    drop(conductor);
-    traces.assert_none();
+    for settings in all_ways() {
+        let mut conductor = start_chain("interrupt", settings, "chain");
+        let traces = Traces::of(&conductor);
+        let (interrupt, victim) = (conductor.interrupt(), conductor.pid(VICTIM).unwrap());
+        let late = interrupt.clone();
+        let raised = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(30));
+            signal(victim, Signal::STOP);
+            std::thread::sleep(Duration::from_millis(30));
+            interrupt.raise();
+            Instant::now()
+        });
+        let error = step_to_error(&mut conductor);
+        assert!(raised.join().unwrap().elapsed() < Duration::from_secs(1));
+        assert!(matches!(error, RunError::Interrupted { .. }), "{error}");
+        // Without `finish`.
+        drop(conductor);
+        traces.assert_none();
+        // Who is told too late that it is over rings in vain, and leaves nothing either.
+        late.raise();
+        drop(late);
+        traces.assert_none();
+    }
 }
 
 #[test]
@@ -192,14 +206,16 @@ fn a_start_that_is_given_up_leaves_nothing() {
 
 #[test]
 fn nobody_else_may_look_into_a_run() {
-    let conductor = start_chain("private", settings(), "chain");
-    let mut paths = shared_files(conductor.directory().name());
-    assert!(!paths.is_empty());
-    // Below its directory, the modes do not matter: nobody else gets in.
-    paths.push(conductor.directory().path().to_path_buf());
-    paths.push(conductor.directory().path().join("plan.json"));
-    let open: Vec<_> = paths.iter().filter(|path| fs::metadata(path).unwrap().mode() & 0o077 != 0).collect();
-    assert!(open.is_empty(), "{open:?}");
+    for settings in all_ways() {
+        let conductor = start_chain("private", settings, "chain");
+        let mut paths = shared_files(conductor.directory().name());
+        assert!(!paths.is_empty());
+        // Below its directory, the modes do not matter: nobody else gets in.
+        paths.push(conductor.directory().path().to_path_buf());
+        paths.push(conductor.directory().path().join("plan.json"));
+        let open: Vec<_> = paths.iter().filter(|path| fs::metadata(path).unwrap().mode() & 0o077 != 0).collect();
+        assert!(open.is_empty(), "{open:?}");
+    }
 }
 
 /// Not a test: the conductor process that is killed by the next one.

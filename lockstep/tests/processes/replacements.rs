@@ -2,14 +2,15 @@
 
 use std::io;
 use std::ops::Range;
-use std::process::Command;
 use std::time::Duration;
 
-use lockstep::{ChannelId, Comeback, Conductor, Header, History, Local, RunError, Status, Store, allowed_cores};
+use lockstep::{
+    ChannelId, Comeback, Conductor, Header, History, Local, RunError, Settings, Status, Store, allowed_cores,
+};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::chain;
-use crate::support::{PLAY, Traces, settings, singles, start, this_binary};
+use crate::support::{Traces, all_ways, settings, singles, start, worker_command};
 
 const STEPS: u64 = 2200;
 const DIGEST: &str = "401660ed0ae7a22d";
@@ -44,12 +45,6 @@ impl History for Memory {
     }
 }
 
-fn worker_command(play: &str) -> Command {
-    let mut command = this_binary("worker::worker_entry");
-    command.env(PLAY, play);
-    command
-}
-
 fn kill(conductor: &Conductor, worker: usize) {
     kill_process(Pid::from_raw(conductor.pid(worker).unwrap() as i32).unwrap(), Signal::KILL).unwrap();
 }
@@ -74,9 +69,14 @@ fn mend(conductor: &mut Conductor, memory: &mut Memory, mut error: RunError) -> 
 }
 
 /// Runs a chain and kills workers: `victims` of a step, when the conductor has seen it; returns the digest.
-fn digest_with_kills(name: &str, groups: &[Vec<usize>], victims: impl Fn(u64) -> Vec<usize>) -> (String, usize) {
+fn digest_with_kills(
+    name: &str,
+    groups: &[Vec<usize>],
+    settings: Settings,
+    victims: impl Fn(u64) -> Vec<usize>,
+) -> (String, usize) {
     let network = chain::network(chain::AGENTS);
-    finish_with_kills(start(name, &network, groups, STEPS, settings(), "chain"), victims)
+    finish_with_kills(start(name, &network, groups, STEPS, settings, "chain"), victims)
 }
 
 fn finish_with_kills(mut conductor: Conductor, victims: impl Fn(u64) -> Vec<usize>) -> (String, usize) {
@@ -112,9 +112,11 @@ fn killed_workers_come_back_and_nobody_can_tell() {
         1002 => vec![13],
         _ => vec![],
     };
-    let (digest, replaced) = digest_with_kills("comeback", &groups, victims);
-    assert_eq!(digest, DIGEST);
-    assert!(replaced >= 7, "{replaced}");
+    for settings in all_ways() {
+        let (digest, replaced) = digest_with_kills("comeback", &groups, settings, victims);
+        assert_eq!(digest, DIGEST);
+        assert!(replaced >= 7, "{replaced}");
+    }
 }
 
 #[test]
@@ -136,7 +138,7 @@ fn a_worker_with_nodes_in_several_phases_comes_back() {
     let mut groups = vec![vec![1], vec![0]];
     groups.extend((2..8).map(|observer| vec![observer + 6, observer]));
     let victims = |step: u64| if step.is_multiple_of(250) { vec![2 + (step / 250) as usize % 6] } else { vec![] };
-    let (digest, _) = digest_with_kills("comeback-agents", &groups, victims);
+    let (digest, _) = digest_with_kills("comeback-agents", &groups, settings(), victims);
     assert_eq!(digest, DIGEST);
 }
 
@@ -213,18 +215,20 @@ fn what_does_not_follow_from_its_inputs_cannot_come_back() {
 #[test]
 fn a_worker_that_hangs_is_replaced_after_the_deadline() {
     let network = chain::network(chain::AGENTS);
-    let settings = lockstep::Settings { deadline: Duration::from_millis(500), ..settings() };
-    let mut conductor = start("hung", &network, &singles(&network), 300, settings, "chain");
-    let mut memory = Memory::default();
-    for step in 0..300 {
-        while let Err(error) = conductor.step() {
-            assert!(matches!(error, RunError::Deadline { .. }), "{error}");
-            mend(&mut conductor, &mut memory, error);
+    for settings in all_ways() {
+        let settings = Settings { deadline: Duration::from_millis(500), ..settings };
+        let mut conductor = start("hung", &network, &singles(&network), 300, settings, "chain");
+        let mut memory = Memory::default();
+        for step in 0..300 {
+            while let Err(error) = conductor.step() {
+                assert!(matches!(error, RunError::Deadline { .. }), "{error}");
+                mend(&mut conductor, &mut memory, error);
+            }
+            memory.note(&conductor, step);
+            if step == 100 {
+                kill_process(Pid::from_raw(conductor.pid(5).unwrap() as i32).unwrap(), Signal::STOP).unwrap();
+            }
         }
-        memory.note(&conductor, step);
-        if step == 100 {
-            kill_process(Pid::from_raw(conductor.pid(5).unwrap() as i32).unwrap(), Signal::STOP).unwrap();
-        }
+        conductor.finish().unwrap();
     }
-    conductor.finish().unwrap();
 }

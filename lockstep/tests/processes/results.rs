@@ -1,24 +1,27 @@
 //! What comes out of a run does not depend on how it is spread over processes.
 
 use lockstep::{
-    Channel, ChannelId, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Status, Timing,
-    allowed_cores,
+    Channel, ChannelId, Conductor, Field, Input, Layout, Local, MAX_WORDS, Network, Node, Plan, PlanError, Settings,
+    Status, Timing, Wake, allowed_cores,
 };
 
-use crate::support::{Traces, eventually, settings, singles, start, workers};
+use crate::support::{Traces, all_ways, eventually, settings, singles, start, workers};
 use crate::{chain, worker};
 
 const STEPS: u64 = 2200;
 const DIGEST: &str = "401660ed0ae7a22d";
 
-fn local_chain() -> Local {
+pub(crate) fn local_chain() -> Local {
     let network = chain::network(chain::AGENTS);
     let participants = (0..chain::NODES).map(|node| chain::participant(chain::AGENTS, node)).collect();
     Local::new(network, participants, 1e-3).unwrap()
 }
 
-fn digest_in_processes(name: &str, groups: &[Vec<usize>], play: &str) -> String {
-    let mut conductor = start(name, &chain::network(chain::AGENTS), groups, STEPS, settings(), play);
+fn digest_in_processes(name: &str, groups: &[Vec<usize>], settings: Settings, play: &str) -> String {
+    digest_of(start(name, &chain::network(chain::AGENTS), groups, STEPS, settings, play))
+}
+
+fn digest_of(mut conductor: Conductor) -> String {
     let traces = Traces::of(&conductor);
     for step in 0..STEPS {
         assert_eq!(conductor.step().unwrap(), step);
@@ -43,18 +46,24 @@ fn chain_in_one_process() {
 
 #[test]
 fn chain_in_fourteen_processes_without_allocations() {
-    assert_eq!(digest_in_processes("fourteen", &singles(&chain::network(chain::AGENTS)), "count"), DIGEST);
+    let groups = singles(&chain::network(chain::AGENTS));
+    assert_eq!(digest_in_processes("fourteen", &groups, settings(), "count"), DIGEST);
+    // Who notifies for the first time connects to all who listen, whenever that is; with events nothing is promised.
+    let settings = Settings { wake: Wake::Events, ..settings() };
+    assert_eq!(digest_in_processes("fourteen", &groups, settings, "chain"), DIGEST);
 }
 
 #[test]
 fn chain_in_other_groupings() {
     let together = vec![(0..chain::NODES).rev().collect()];
-    assert_eq!(digest_in_processes("together", &together, "chain"), DIGEST);
     let halves = vec![(0..7).collect(), (7..chain::NODES).collect()];
-    assert_eq!(digest_in_processes("halves", &halves, "chain"), DIGEST);
     let mut agents = vec![vec![1], vec![0]];
     agents.extend((2..8).map(|observer| vec![observer + 6, observer]));
-    assert_eq!(digest_in_processes("agents", &agents, "chain"), DIGEST);
+    for settings in all_ways() {
+        for (name, groups) in [("together", &together), ("halves", &halves), ("agents", &agents)] {
+            assert_eq!(digest_in_processes(name, groups, settings, "chain"), DIGEST);
+        }
+    }
 }
 
 /// The two cores that a test moves workers between: the same one twice if there is only one.
@@ -66,7 +75,12 @@ fn two_cores() -> [usize; 2] {
 #[test]
 fn workers_are_moved_between_cores_while_the_run_goes_on() {
     let network = chain::network(chain::AGENTS);
-    let mut conductor = start("moved", &network, &singles(&network), STEPS, settings(), "chain");
+    for settings in all_ways() {
+        move_workers(start("moved", &network, &singles(&network), STEPS, settings, "chain"));
+    }
+}
+
+fn move_workers(mut conductor: Conductor) {
     let cores = two_cores();
     for step in 0..STEPS {
         // Together, in turns, in halves, the other way round, and back again at once.
@@ -109,7 +123,7 @@ fn the_best_number_of_cores_is_searched_and_told() {
 
 #[test]
 fn two_runs_of_one_name_at_once() {
-    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), "chain");
+    let run = || digest_in_processes("twins", &singles(&chain::network(chain::AGENTS)), settings(), "chain");
     std::thread::scope(|scope| {
         let runs = [scope.spawn(run), scope.spawn(run)];
         assert_eq!(runs.map(|run| run.join().unwrap()), [DIGEST, DIGEST]);
@@ -230,16 +244,16 @@ fn two_hundred_processes_give_the_same_bits_and_leave_nothing() {
     let network = chain::network(agents);
     let participants = (0..chain::nodes(agents)).map(|node| chain::participant(agents, node)).collect();
     let mut local = Local::new(network.clone(), participants, 1e-3).unwrap();
-    let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings(), "chain100");
-    let traces = Traces::of(&conductor);
-    for _ in 0..steps {
-        local.step().unwrap();
-        conductor.step().unwrap();
+    (0..steps).for_each(|_| local.step().map(drop).unwrap());
+    for settings in all_ways() {
+        let mut conductor = start("two-hundred", &network, &singles(&network), steps, settings, "chain100");
+        let traces = Traces::of(&conductor);
+        (0..steps).for_each(|_| conductor.step().map(drop).unwrap());
+        let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
+        assert_eq!(ours, theirs);
+        conductor.finish().unwrap();
+        traces.assert_none();
     }
-    let [ours, theirs] = [local.store(), conductor.store()].map(|store| chain::digest(agents, store, steps - 1));
-    assert_eq!(ours, theirs);
-    conductor.finish().unwrap();
-    traces.assert_none();
 }
 
 #[test]

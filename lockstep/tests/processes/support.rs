@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, WorkerPlan};
+use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, Wake, WorkerPlan};
 
 /// The environment variable that tells a worker of a test what to do: see `worker`.
 pub(crate) const PLAY: &str = "LOCKSTEP_TEST_PLAY";
@@ -14,6 +14,13 @@ pub(crate) const PLAY: &str = "LOCKSTEP_TEST_PLAY";
 pub(crate) fn this_binary(entry: &str) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args([entry, "--exact", "--nocapture", "--test-threads=1", "--quiet"]);
+    command
+}
+
+/// This test binary as a worker that plays `play`.
+pub(crate) fn worker_command(play: &str) -> Command {
+    let mut command = this_binary("worker::worker_entry");
+    command.env(PLAY, play);
     command
 }
 
@@ -33,6 +40,11 @@ pub(crate) fn settings() -> Settings {
     Settings { deadline: Duration::from_secs(20), forward_output: false, ..Settings::default() }
 }
 
+/// The same for each way to wake processes.
+pub(crate) fn all_ways() -> [Settings; 2] {
+    [Wake::Futex, Wake::Events].map(|wake| Settings { wake, ..settings() })
+}
+
 /// Prepares and spawns a run whose workers play `play`.
 pub(crate) fn launch(
     name: &str,
@@ -42,12 +54,23 @@ pub(crate) fn launch(
     settings: Settings,
     play: &str,
 ) -> Conductor {
+    launch_by(name, network, groups, steps, settings, || worker_command(play))
+}
+
+/// As [`launch`], with workers that are started by these commands.
+pub(crate) fn launch_by(
+    name: &str,
+    network: &Network,
+    groups: &[Vec<usize>],
+    steps: u64,
+    settings: Settings,
+    command: impl Fn() -> Command,
+) -> Conductor {
     let plan = Plan::new(name, network.clone(), 1_000_000, steps, workers(network, groups)).unwrap();
-    let mut conductor = Conductor::new(RunDirectory::create(name).unwrap(), plan, settings).unwrap();
+    let mut conductor =
+        Conductor::new(RunDirectory::create(&settings.wake.run_name(name)).unwrap(), plan, settings).unwrap();
     for worker in 0..groups.len() {
-        let mut command = this_binary("worker::worker_entry");
-        command.env(PLAY, play);
-        conductor.spawn(worker, command, None).unwrap();
+        conductor.spawn(worker, command(), None).unwrap();
     }
     conductor
 }

@@ -44,6 +44,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         trace,
         on_failure: failure_policy(args, &assembly)?,
         stress: None,
+        wake: args.wake.into(),
         tap: args.tap,
         urgency: Urgency { priority: args.rt_priority },
         log_dir: args.log_dir.clone(),

@@ -52,7 +52,8 @@ pub fn conform(demands: &Demands) -> Result<Report, Failure> {
     let folder = Folder::create()?;
     let (words, patience, folder) = (demands.words, demands.patience, folder.path.as_path());
     let (assembly, node) = (demands.assembly, demands.node);
-    let settings = Settings { deadline: patience, grace: patience, forward_output: false, replacements: 0 };
+    let settings =
+        Settings { deadline: patience, grace: patience, forward_output: false, replacements: 0, ..Settings::default() };
     let steps = assembly.scenario.context.timing.periods() + 1;
     let setup = Setup {
         assembly,
