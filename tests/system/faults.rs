@@ -84,8 +84,12 @@ fn a_scenario_that_diverges_names_who_and_when() {
 fn a_program_that_does_not_exist_is_named() {
     let folder = Folder::new();
     let run = folder.run(&["run", "uav", "-q", "--swap", "plant=./nobody", "--out", "cut.mcap"]);
+    assert_eq!(run.code(), 2);
+    assert!(run.stderr().contains("plant: there is no program ./nobody"), "{}", run.stderr());
+    // What the search path holds, only the system knows.
+    let run = folder.run(&["run", "uav", "-q", "--swap", "plant=nobody-at-all", "--out", "cut.mcap"]);
     assert_eq!(run.code(), 3);
-    assert!(run.stderr().contains("spawn plant (./nobody)"), "{}", run.stderr());
+    assert!(run.stderr().contains("spawn plant (nobody-at-all)"), "{}", run.stderr());
 }
 
 #[test]

@@ -191,16 +191,19 @@ macro_rules! matrix {
 
 matrix!(plant: "plant", planner: "planner", observer: "observer_1", controller: "controller_2");
 
-/// There is no such program, and there is one that is no participant.
+/// There is no such program, here or where the system looks for it, and there is one that is no participant.
 fn never_started(participant: &str) {
     let folder = Folder::new();
-    for (program, expected) in
-        [("./nobody", format!("spawn {participant} (./nobody)")), ("sleep 60", "which has not joined the run".into())]
-    {
+    let cases = [
+        ("./nobody", 2, format!("{participant}: there is no program ./nobody")),
+        ("nobody-at-all", 3, format!("spawn {participant} (nobody-at-all)")),
+        ("sleep 60", 3, "which has not joined the run".into()),
+    ];
+    for (program, code, expected) in cases {
         let swap = format!("{participant}={program}");
         let end = folder.run(&[&RUN[..], &["cut.mcap", "--deadline", "1", "--swap", &swap]].concat());
         let told = end.stderr().contains(participant) && end.stderr().contains(&expected);
-        assert!(end.code() == 3 && told, "{participant}={program}: {}\n{}", end.code(), end.stderr());
+        assert!(end.code() == code && told, "{participant}={program}: {}\n{}", end.code(), end.stderr());
     }
 }
 

@@ -134,3 +134,15 @@ fn logs() {
 fn plans() {
     feed("plan");
 }
+
+#[test]
+fn the_plan_of_the_corpus_is_one_of_today() {
+    // Mutations of another one would come no further than to the check of its format.
+    let folder = std::env::temp_dir().join(format!("phalanx-plan-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder");
+    for plan in corpus("plan") {
+        fs::write(folder.join("plan.json"), plan).expect("a file");
+        lockstep::Plan::read(&folder).expect("a plan; copy a new plan.json from the directory of a run of `mixed`");
+    }
+    fs::remove_dir_all(folder).expect("the folder is removed");
+}
