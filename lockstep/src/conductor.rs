@@ -127,7 +127,7 @@ impl Conductor {
             settings,
             recording: true,
             tempo: Tempo::new(),
-            arrangement: Arrangement::new(),
+            arrangement: Arrangement::default(),
             ahead: RING - 1,
             ready: false,
             failed: false,

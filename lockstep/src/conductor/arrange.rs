@@ -4,6 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use super::Conductor;
+use super::alarm::Alarm;
 use super::balance::{Balance, spread};
 use super::error::system;
 use super::tempo::Tempo;
@@ -18,8 +19,8 @@ const SETTLING: u64 = 2;
 const SWITCH: Duration = Duration::from_micros(2);
 
 /// Where the processes are.
+#[derive(Default)]
 pub(super) struct Arrangement {
-    rate: ticks::Rate,
     /// The core of every worker, once they were moved.
     pub(super) cores: Vec<usize>,
     /// Complete steps from which sides are watched, once processes were moved.
@@ -45,12 +46,6 @@ pub struct Balanced {
     pub alone: Option<Duration>,
     /// The number of cores that was tried last, and the least time of a step on them.
     pub tried: Option<(usize, Duration)>,
-}
-
-impl Arrangement {
-    pub(super) fn new() -> Self {
-        Self { rate: ticks::Rate::start(), cores: Vec::new(), watch_from: None, balance: None }
-    }
 }
 
 impl Conductor {
@@ -101,7 +96,7 @@ impl Conductor {
     /// What [`balance`](Self::balance) has come to; `None` if it was not asked for.
     pub fn balanced(&self) -> Option<Balanced> {
         let Balancing { balance, cores, slots } = self.arrangement.balance.as_ref()?;
-        let time = |ticks: f64| self.arrangement.rate.duration(ticks as u64);
+        let time = |ticks: f64| self.crew.alarm.rate.duration(ticks as u64);
         let (alone, tried) = balance.findings();
         Some(Balanced {
             cores: cores.iter().take(1).copied().chain(slots.iter().map(|slot| slot.core)).collect(),
@@ -112,10 +107,10 @@ impl Conductor {
 
     /// A step is recorded.
     pub(super) fn arrange(&mut self, step: u64) {
-        let page = &self.crew.alarm.page;
+        let Alarm { page, rate, .. } = &*self.crew.alarm;
         if self.arrangement.watch_from.is_some_and(|from| page.completed() >= from) {
             self.arrangement.watch_from = None;
-            page.watch(self.arrangement.rate.ticks(WATCH));
+            page.watch(rate.ticks(WATCH));
         }
         let Some(Balancing { balance, .. }) = &mut self.arrangement.balance else { return };
         if let Some(count) = balance.observe(step, ticks::now()) {
@@ -123,10 +118,10 @@ impl Conductor {
         }
     }
 
-    /// Moves the processes to so many cores, or to the first one if there are not so many.
+    /// Moves the processes to so many cores, or back to those that are kept if there are not so many.
     #[cold]
     fn rearrange(&mut self, step: u64, count: usize) {
-        let page = &self.crew.alarm.page;
+        let Alarm { page, rate, .. } = &*self.crew.alarm;
         let Some(Balancing { balance, cores, slots }) = &mut self.arrangement.balance else { return };
         slots.truncate(count - 1);
         for &core in &cores[1..] {
@@ -135,11 +130,10 @@ impl Conductor {
             }
         }
         if slots.len() + 1 < count {
-            slots.clear();
-            balance.refuse(step);
+            slots.truncate(balance.refuse(step) - 1);
         }
         let used: Vec<usize> = cores.iter().take(1).copied().chain(slots.iter().map(|slot| slot.core)).collect();
-        let switch = self.arrangement.rate.ticks(SWITCH) as f64;
+        let switch = rate.ticks(SWITCH) as f64;
         let load = |worker| {
             let counts = page.counts(worker);
             switch + counts.compute as f64 / (step + 1) as f64

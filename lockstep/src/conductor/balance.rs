@@ -34,7 +34,7 @@ pub(super) struct Balance {
     least: u64,
     /// The same of what was tried last.
     tried: Option<(usize, u64)>,
-    /// The least time of a window on one core, and the rest of what people want to know.
+    /// The least time of a window on one core.
     alone: u64,
     stage: Stage,
     patience: u64,
@@ -170,9 +170,9 @@ impl Balance {
         cores
     }
 
-    /// The cores that were wanted are not to be had.
-    pub(super) fn refuse(&mut self, steps: u64) {
-        self.give_up(steps, 1);
+    /// The cores that were wanted are not to be had. Returns how many are kept.
+    pub(super) fn refuse(&mut self, steps: u64) -> usize {
+        self.give_up(steps, self.kept)
     }
 }
 
@@ -242,6 +242,17 @@ mod tests {
         assert!(used[0] > 4_600, "{used:?}");
         run.steps(300_000, [900, 500, 600]);
         assert_eq!(run.cores, 2);
+    }
+
+    #[test]
+    fn what_was_found_is_kept_when_more_cores_are_not_to_be_had() {
+        let mut run = Run::new();
+        while run.cores < 4 {
+            run.steps(1, [900, 500, 300]);
+        }
+        run.cores = run.balance.refuse(run.step);
+        assert_eq!(run.cores, 2);
+        assert_eq!(run.steps(50_000, [900, 500, 300])[1], 50_000);
     }
 
     #[test]

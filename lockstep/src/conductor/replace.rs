@@ -33,8 +33,9 @@ impl Conductor {
     ///
     /// To be called between two calls of [`step`](Self::step), also after one that failed if the worker is one of the
     /// [`casualties`](Self::casualties). The new process is given the samples of the steps that are done and goes through
-    /// them as `comeback` says; the others wait for it. It runs on `cpu`, or where the worker was moved to. After this, the run goes on as if nothing had happened. Returns
-    /// the first step that it runs for the others to see, or `None` if nothing was left to be done for the worker.
+    /// them as `comeback` says; the others wait for it. It runs on `cpu`, or where the worker was moved to. After this, the run
+    /// goes on as if nothing had happened. Returns the first step that it runs for the others to see, or `None` if nothing
+    /// was left to be done for the worker.
     ///
     /// # Errors
     /// [`RunError`] if nobody could take the place; it may be tried again with another command.
