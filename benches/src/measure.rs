@@ -13,7 +13,7 @@ use lockstep::{
 };
 use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
-use orchestrator::placement::Placement;
+use orchestrator::run::placement::Placement;
 use orchestrator::run::{Options, run};
 
 use crate::{beside_core, chain, in_thread, on_core};

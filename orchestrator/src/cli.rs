@@ -27,8 +27,9 @@ pub(crate) use watch::WatchArgs;
 
 use crate::commands;
 use crate::failure::Failure;
-use crate::placement::Placement;
-use crate::{leftovers, logging};
+use crate::logging;
+use crate::run::leftovers;
+use crate::run::placement::Placement;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
@@ -37,7 +38,7 @@ pub struct Cli {
     /// Say more on stderr: -v what the program does, -vv in detail, -vvv everything
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
-    /// Which messages to show, by level or module, such as `info` or `orchestrator::engine=debug`; also PHALANX_LOG
+    /// Which messages to show, by level or module, such as `info` or `orchestrator::run::engine=debug`; also PHALANX_LOG
     #[arg(long, global = true, value_name = "FILTER")]
     log_filter: Option<String>,
     #[command(subcommand)]

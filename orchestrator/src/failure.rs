@@ -4,9 +4,9 @@ use formation::config::Problem;
 use lockstep::{Death, DirectoryError, RunError};
 use rustix::io::Errno;
 
+use crate::judge::metrics::MetricError;
 use crate::log::LogError;
-use crate::metrics::MetricError;
-use crate::replay::ReplayError;
+use crate::trial::replay::ReplayError;
 
 /// Number of the signal.
 const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();

@@ -1,44 +1,27 @@
 //! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`cli`], `commands` | the command line, one file a command |
+//! | [`run`] | carries out one run: processes, control, observers of a step, recovery |
+//! | [`log`] | writes, reads and recovers logs |
+//! | [`trial`] | tries a user's program: replay, conformance test, project templates |
+//! | [`judge`] | what a run is worth: metrics, assertions, claims, verdict |
+//! | [`show`] | what a person sees: report, figures, exports, live view |
+//! | [`thesis`], [`catalog`] | the schemes that ship with the program, and their campaign |
 
 // First, so that its macros are known in all that follows.
 #[macro_use]
-mod printing;
+mod terminal;
 
-pub mod assertions;
 pub mod catalog;
-pub mod claims;
 pub mod cli;
 mod commands;
-pub mod conform;
-pub mod control;
-mod drawing;
-pub mod engine;
-mod export;
 pub mod failure;
-mod figures;
-mod layouts;
-mod leftovers;
+pub mod judge;
 pub mod log;
 pub mod logging;
-pub mod metrics;
-pub mod pinning;
-pub mod placement;
-pub mod profile;
-mod progress;
-mod recording;
-mod recovery;
-pub mod replay;
-pub mod report;
-pub mod robots;
 pub mod run;
-pub mod scaffold;
-pub mod scene;
-pub mod schema;
-pub mod stress;
-pub mod swap;
-mod terminal;
+pub mod show;
 pub mod thesis;
-pub mod urgency;
-pub mod verdict;
-pub mod view;
-mod watch;
+pub mod trial;

@@ -11,12 +11,12 @@ use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::Plan;
 use orchestrator::catalog::{ROLES, SCENARIOS};
-use orchestrator::claims::Claims;
 use orchestrator::cli::Cli;
+use orchestrator::judge::claims::Claims;
 use orchestrator::log::recover;
-use orchestrator::report;
-use orchestrator::swap::Swap;
-use orchestrator::view::Subject;
+use orchestrator::run::swap::Swap;
+use orchestrator::show::report;
+use orchestrator::show::view::Subject;
 
 /// A kind of input: its name, and what it reaches.
 pub type Target = (&'static str, fn(&[u8]));
@@ -82,7 +82,7 @@ pub fn plan(data: &[u8]) {
 fn load(text: &str, selection: Selection) -> Option<Assembly> {
     let show = |problems: Vec<Problem>| problems.iter().for_each(|problem| shown(problem));
     let assembly = Assembly::load("hostile.toml", text, &selection, &ROLES).map_err(show).ok()?;
-    orchestrator::assertions::read(&assembly).map_err(show).ok()?;
+    orchestrator::judge::assertions::read(&assembly).map_err(show).ok()?;
     if let Err(problem) = Claims::read(&assembly.scenario) {
         shown(&problem);
     }

@@ -7,7 +7,7 @@ use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::Log;
-use orchestrator::placement::Placement;
+use orchestrator::run::placement::Placement;
 use orchestrator::run::{Options, run};
 
 /// Steps of every run.

@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_page_of_commands_is_up_to_date() {
-        crate::schema::compare_page("commands.md", &reference());
+        crate::show::schema::compare_page("commands.md", &reference());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::scaffold::Language;
+use crate::trial::scaffold::Language;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::ScenarioArgs;
-use crate::placement::Placement;
+use crate::run::placement::Placement;
 
 #[derive(Debug, Args)]
 #[command(

@@ -7,7 +7,7 @@ use formation::config::Problem;
 use formation::wiring::{Refusal, Role, serve_pair};
 use hardware::settings::Settings;
 
-use crate::urgency::lock_memory_if_wanted;
+use crate::run::urgency::lock_memory_if_wanted;
 
 /// Connects to the robot that the file describes, and serves.
 pub(crate) fn bridge(path: &Path) -> ExitCode {

@@ -3,12 +3,12 @@
 use serde_json::json;
 
 use super::select::from_log;
-use crate::assertions::{Findings, Watch};
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
+use crate::judge::assertions::{Findings, Watch};
+use crate::judge::verdict::Verdict;
 use crate::log::Log;
 use crate::terminal::columns;
-use crate::verdict::Verdict;
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     let log = Log::open(&args.log)?;

@@ -7,12 +7,12 @@ use serde_json::json;
 
 use super::select::{assemble, from_head};
 use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
-use crate::conform::{Demands, Range, Report, conform as try_all, supervise as watch};
 use crate::failure::Failure;
-use crate::pinning::Pin;
-use crate::placement::Placement;
+use crate::run::pinning::Pin;
+use crate::run::placement::Placement;
+use crate::run::swap::node_called;
 use crate::run::{Options, run};
-use crate::swap::node_called;
+use crate::trial::conform::{Demands, Range, Report, conform as try_all, supervise as watch};
 
 pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
     let assembly = short_scenario(args)?;

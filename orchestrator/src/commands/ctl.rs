@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use super::select_run::{choose, tell};
 use crate::cli::{CtlArgs, CtlCommand};
-use crate::control::FOLDER_MARK;
 use crate::failure::Failure;
+use crate::run::control::FOLDER_MARK;
 
 pub(crate) fn ctl(args: &CtlArgs) -> Result<(), Failure> {
     let (run, line) = match &args.command {

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::cli::DoctorArgs;
 use crate::failure::Failure;
-use crate::leftovers;
+use crate::run::leftovers;
 
 pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
     let removed = leftovers::sweep()?;

@@ -3,10 +3,10 @@
 use std::io::{BufWriter, ErrorKind, Write, stdout};
 
 use crate::cli::EchoArgs;
-use crate::export::{Table, header, write_row};
 use crate::failure::Failure;
 use crate::log::Log;
-use crate::view::{signals, topics};
+use crate::show::export::{Table, header, write_row};
+use crate::show::view::{signals, topics};
 
 pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
     let log = Log::open(&args.log)?;

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::{ExportArgs, ExportFormat};
-use crate::export::{Table, write_csv, write_mat, write_npz, write_parquet};
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel};
-use crate::view::topics;
+use crate::show::export::{Table, write_csv, write_mat, write_npz, write_parquet};
+use crate::show::view::topics;
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let log = Log::open(&args.log)?;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::select::assemble;
 use crate::cli::{LayoutArgs, ScenarioArgs, Viewer};
 use crate::failure::Failure;
-use crate::layouts::layout as write_layout;
 use crate::log::Log;
+use crate::show::layouts::layout as write_layout;
 
 pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {
     let path = Path::new(&args.run);

@@ -7,7 +7,7 @@ use formation::wiring::Role;
 use super::select::assemble;
 use crate::cli::{NewArgs, NewRole, ScenarioArgs};
 use crate::failure::Failure;
-use crate::scaffold::{Order, create};
+use crate::trial::scaffold::{Order, create};
 
 pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     let (scenario, variant) = (args.scenario.clone(), args.variant.clone());

@@ -3,11 +3,11 @@
 use std::io::IsTerminal;
 
 use crate::cli::PlotArgs;
-use crate::drawing::{Drawing, Line};
 use crate::failure::Failure;
+use crate::judge::metrics::norm;
 use crate::log::Log;
-use crate::metrics::norm;
-use crate::view::signals;
+use crate::show::drawing::{Drawing, Line};
+use crate::show::view::signals;
 
 /// Columns where nobody says how many there are.
 const WIDTH: u16 = 100;

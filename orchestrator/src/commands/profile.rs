@@ -9,8 +9,8 @@ use super::select::{assemble, from_log};
 use crate::cli::{ProfileArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::log::Log;
-use crate::pinning::Pin;
-use crate::placement::Placement;
+use crate::run::pinning::Pin;
+use crate::run::placement::Placement;
 use crate::run::{Options, run};
 
 pub(crate) fn profile(args: &ProfileArgs) -> Result<(), Failure> {

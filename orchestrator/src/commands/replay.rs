@@ -10,13 +10,13 @@ use serde_json::{Value, json};
 
 use super::select::{from_head, names_one_plant};
 use crate::cli::ReplayArgs;
-use crate::control::Stop;
 use crate::failure::Failure;
-use crate::pinning::Pin;
-use crate::replay::{Departures, Outcome, Setup, rerun};
-use crate::robots::{self, Robots};
-use crate::swap::{Swap, keep_apart, node_called, own_program};
-use crate::urgency::Urgency;
+use crate::run::control::Stop;
+use crate::run::pinning::Pin;
+use crate::run::robots::{self, Robots};
+use crate::run::swap::{Swap, keep_apart, node_called, own_program};
+use crate::run::urgency::Urgency;
+use crate::trial::replay::{Departures, Outcome, Setup, rerun};
 
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);

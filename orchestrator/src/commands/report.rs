@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::{FigureFormat, ReportArgs};
 use crate::failure::Failure;
-use crate::view::Subject;
-use crate::{figures, report};
+use crate::show::view::Subject;
+use crate::show::{figures, report};
 
 pub(crate) fn report(args: &ReportArgs) -> Result<(), Failure> {
     let subjects = args.logs.iter().map(|log| Subject::open(log)).collect::<Result<Vec<_>, _>>()?;

@@ -13,8 +13,8 @@ use plant::laboratory::is_emulated;
 use super::select::find;
 use crate::cli::RobotArgs;
 use crate::failure::Failure;
-use crate::robots::LISTENS;
-use crate::urgency::lock_memory_if_wanted;
+use crate::run::robots::LISTENS;
+use crate::run::urgency::lock_memory_if_wanted;
 
 pub(crate) fn robot(args: &RobotArgs) -> Result<(), Failure> {
     lock_memory_if_wanted();

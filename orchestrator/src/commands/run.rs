@@ -10,18 +10,18 @@ use serde_json::{Value, json};
 use super::check::{show_findings, summary_line};
 use super::select::assemble_for;
 use crate::cli::RunArgs;
-use crate::control::Stop;
 use crate::failure::Failure;
+use crate::judge::verdict::Verdict;
 use crate::log::Log;
-use crate::pinning::Pin;
-use crate::placement::Placement;
-use crate::profile;
-use crate::robots;
+use crate::run::control::Stop;
+use crate::run::pinning::Pin;
+use crate::run::placement::Placement;
+use crate::run::profile;
+use crate::run::robots;
+use crate::run::swap::{RobotSwap, Swap, keep_apart};
+use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::swap::{RobotSwap, Swap, keep_apart};
 use crate::terminal::{columns, wrapped};
-use crate::urgency::Urgency;
-use crate::verdict::Verdict;
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(&args.scenario, &args.swap)?;

@@ -3,6 +3,6 @@
 use crate::failure::Failure;
 
 pub(crate) fn schema() -> Result<(), Failure> {
-    println!("{:#}", crate::schema::schema());
+    println!("{:#}", crate::show::schema::schema());
     Ok(())
 }

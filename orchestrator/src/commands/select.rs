@@ -7,10 +7,10 @@ use formation::config::nearest;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::Assembly;
 
-use crate::assertions;
 use crate::catalog::{ROLES, SCENARIOS};
 use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
+use crate::judge::assertions;
 use crate::log::{Head, Log};
 
 /// Reads and connects the scenario that the command line names.

@@ -7,8 +7,8 @@ use std::time::Duration;
 use lockstep::RunDirectory;
 use serde_json::Value;
 
-use crate::control::{SOCKET, SWAP_PATIENCE};
 use crate::failure::Failure;
+use crate::run::control::{SOCKET, SWAP_PATIENCE};
 
 /// How long a run may take for its answer.
 const PATIENCE: Duration = Duration::from_secs(5);

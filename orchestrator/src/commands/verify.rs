@@ -8,13 +8,13 @@ use serde_json::json;
 
 use super::select::assemble;
 use crate::cli::{ScenarioArgs, VerifyArgs};
-use crate::engine::cores;
 use crate::failure::Failure;
 use crate::log::{Comparison, Log, compare};
-use crate::pinning::Pin;
-use crate::placement::Placement;
+use crate::run::engine::cores;
+use crate::run::pinning::Pin;
+use crate::run::placement::Placement;
+use crate::run::stress::{Busy, Stress};
 use crate::run::{Options, run};
-use crate::stress::{Busy, Stress};
 
 pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
     match (&args.scenario, args.logs.as_slice()) {

@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 use super::select_run::{choose, tell};
 use crate::cli::WatchArgs;
 use crate::failure::Failure;
-use crate::report;
-use crate::watch::{Pulse, Screen, Spectator, Web};
+use crate::show::report;
+use crate::show::watch::{Pulse, Screen, Spectator, Web};
 
 /// Time between two frames: 30 a second.
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 30);

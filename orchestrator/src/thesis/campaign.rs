@@ -8,8 +8,8 @@ use formation::scenario::{Scenario, Selection};
 
 use super::{ClaimRow, Job, JobResult};
 use crate::catalog::{SCENARIOS, Shipped};
-use crate::claims::{Claim, Claims};
 use crate::failure::Failure;
+use crate::judge::claims::{Claim, Claims};
 
 /// The scenarios of a campaign with what they claim.
 pub struct Selected {

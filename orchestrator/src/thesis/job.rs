@@ -6,13 +6,13 @@ use formation::config::Problem;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
-use crate::assertions::Findings;
 use crate::catalog::{ROLES, Shipped};
 use crate::failure::Failure;
+use crate::judge::assertions::Findings;
+use crate::judge::verdict::Verdict;
 use crate::log::Log;
-use crate::placement::Placement;
+use crate::run::placement::Placement;
 use crate::run::{Options, run};
-use crate::verdict::Verdict;
 
 /// A variant of a scenario, with overrides.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::{Campaign, ClaimRow, JobResult, Selected};
-use crate::verdict::{Row, Verdict, short};
+use crate::judge::verdict::{Row, Verdict, short};
 
 /// A metric of the thesis beside ours.
 struct Line<'a> {

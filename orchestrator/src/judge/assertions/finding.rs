@@ -1,0 +1,251 @@
+//! What became of assertions, for people and for programs.
+
+use serde_json::{Value, json};
+
+use super::{Assertion, Severity};
+use crate::judge::verdict::short;
+
+/// A value at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Moment {
+    pub(super) step: u64,
+    pub(super) time: f64,
+    pub(super) agent: u32,
+    pub(super) value: f64,
+}
+
+/// A value beyond its bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Violation {
+    /// The step.
+    pub step: u64,
+    /// Its time, s.
+    pub time: f64,
+    /// Number of the agent; 0 for all of them together.
+    pub agent: u32,
+    /// The value.
+    pub value: f64,
+    /// The bound that it violates.
+    pub bound: f64,
+    /// Whether that is the lower one.
+    pub below: bool,
+}
+
+/// What became of one assertion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Its name.
+    pub name: String,
+    /// Its signal.
+    pub signal: String,
+    /// What a violation means.
+    pub severity: Severity,
+    /// The bounds; the strictest if they differ between agents.
+    bounds: (f64, f64),
+    /// How many values were compared.
+    pub checked: u64,
+    /// How many of them were beyond a bound.
+    pub violations: u64,
+    /// The first of these.
+    pub first: Option<Violation>,
+    /// How far the worst value was within its bounds, and where; below 0 it was beyond.
+    worst: Option<(f64, Moment)>,
+}
+
+impl Violation {
+    /// In words, behind the name of the assertion.
+    pub fn text(&self, signal: &str) -> String {
+        let Self { time, value, bound, below, .. } = self;
+        let place = format!("{} at t = {} s: {signal}", who(self.agent), tidy(*time));
+        match (value.is_nan(), below) {
+            (true, _) => format!("{place} is no number"),
+            (false, true) => format!("{place} = {value} < {bound}"),
+            (false, false) => format!("{place} = {value} > {bound}"),
+        }
+    }
+}
+
+impl Finding {
+    pub(super) fn new(assertion: &Assertion) -> Self {
+        let least = |bounds: &mut dyn Iterator<Item = f64>| bounds.fold(f64::INFINITY, f64::min);
+        let most = |bounds: &mut dyn Iterator<Item = f64>| bounds.fold(f64::NEG_INFINITY, f64::max);
+        let subjects = &assertion.subjects;
+        Self {
+            name: assertion.name.clone(),
+            signal: assertion.signal.clone(),
+            severity: assertion.severity,
+            bounds: (most(&mut subjects.iter().map(|s| s.min)), least(&mut subjects.iter().map(|s| s.max))),
+            checked: 0,
+            violations: 0,
+            first: None,
+            worst: None,
+        }
+    }
+
+    /// Takes a value; a violation if it is beyond a bound, or no number.
+    pub(super) fn take(&mut self, moment: Moment, min: f64, max: f64) -> Option<Violation> {
+        self.checked += 1;
+        let (above_min, below_max) = (moment.value - min, max - moment.value);
+        let margin = if moment.value.is_nan() { f64::NEG_INFINITY } else { above_min.min(below_max) };
+        if self.worst.is_none_or(|(worst, _)| margin < worst) {
+            self.worst = Some((margin, moment));
+        }
+        if moment.value >= min && moment.value <= max {
+            return None;
+        }
+        self.violations += 1;
+        let below = moment.value < min || max == f64::INFINITY;
+        let Moment { step, time, agent, value } = moment;
+        let violation = Violation { step, time, agent, value, bound: if below { min } else { max }, below };
+        self.first.get_or_insert(violation);
+        Some(violation)
+    }
+
+    /// Whether no value was beyond a bound.
+    pub fn ok(&self) -> bool {
+        self.violations == 0
+    }
+
+    /// Whether it fails the run.
+    pub fn fails(&self) -> bool {
+        !self.ok() && self.severity == Severity::Fail
+    }
+
+    /// What a violation is: `violated` or `warning`.
+    pub(super) fn kind(&self) -> &'static str {
+        match self.severity {
+            Severity::Fail => "violated",
+            Severity::Warn => "warning",
+        }
+    }
+
+    /// The bounds in words; the strictest if they differ between agents.
+    pub fn bound(&self) -> String {
+        match self.bounds {
+            (min, f64::INFINITY) => format!(">= {}", short(min)),
+            (f64::NEG_INFINITY, max) => format!("<= {}", short(max)),
+            (min, max) => format!("{} ... {}", short(min), short(max)),
+        }
+    }
+
+    /// The value that came closest to a bound or was farthest beyond, in words; empty if none was compared.
+    pub fn worst(&self) -> String {
+        let Some((_, Moment { value, agent, time, .. })) = &self.worst else { return String::new() };
+        format!("{} ({} at {} s)", short(*value), who(*agent), tidy(*time))
+    }
+
+    /// The verdict in a word or two.
+    pub fn word(&self) -> &'static str {
+        match (self.ok(), self.checked, self.severity) {
+            (true, 0, _) => "not reached",
+            (true, ..) => "holds",
+            (false, _, Severity::Fail) => "VIOLATED",
+            (false, _, Severity::Warn) => "violated (warning)",
+        }
+    }
+
+    /// In one line, without its name: for the summary in the log.
+    pub fn summary(&self) -> String {
+        let Self { checked, violations, signal, .. } = self;
+        let worst = self.worst.map_or_else(String::new, |(_, moment)| {
+            format!("; worst {} ({} at {} s)", moment.value, who(moment.agent), tidy(moment.time))
+        });
+        format!("{}: {signal} {}{worst}; {violations} of {checked} values beyond", self.word(), self.bound())
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        let number = |value: f64| value.is_finite().then_some(value);
+        let moment =
+            |agent: u32, time: f64, value: f64| json!({ "agent": agent, "time": time, "value": number(value) });
+        json!({
+            "name": self.name,
+            "signal": self.signal,
+            "severity": match self.severity { Severity::Fail => "fail", Severity::Warn => "warn" },
+            "min": number(self.bounds.0),
+            "max": number(self.bounds.1),
+            "ok": self.ok(),
+            "checked": self.checked,
+            "violations": self.violations,
+            "worst": self.worst.map(|(_, worst)| moment(worst.agent, worst.time, worst.value)),
+            "first": self.first.map(|first| moment(first.agent, first.time, first.value)),
+        })
+    }
+}
+
+/// What became of all assertions of a run, in the order of the scenario.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings(pub Vec<Finding>);
+
+impl Findings {
+    /// Whether nothing fails the run. Warnings do not.
+    pub fn ok(&self) -> bool {
+        !self.0.iter().any(Finding::fails)
+    }
+
+    /// What fails the run, in words; `None` if nothing does.
+    pub fn failure(&self) -> Option<String> {
+        let failed: Vec<String> = self
+            .0
+            .iter()
+            .filter(|finding| finding.fails())
+            .filter_map(|finding| Some(format!("{}: {}", finding.name, finding.first?.text(&finding.signal))))
+            .collect();
+        let count =
+            if failed.len() == 1 { "an assertion is".into() } else { format!("{} assertions are", failed.len()) };
+        (!failed.is_empty()).then(|| format!("{count} violated\n    {}", failed.join("\n    ")))
+    }
+
+    /// A table for a terminal of so many columns, or for as many as it takes; empty if there are no assertions.
+    pub fn table(&self, columns: Option<usize>) -> String {
+        let wide = self.wide_table();
+        let width = wide.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+        if columns.is_none_or(|columns| width <= columns) {
+            return wide;
+        }
+        // What does not fit into a line takes two.
+        let lines = |f: &Finding| {
+            let worst = f.worst();
+            let worst = if worst.is_empty() { worst } else { format!(", worst {worst}") };
+            format!("{}\n    {}: {}{worst}\n", f.name, f.word(), f.bound())
+        };
+        format!("assertions\n{}\n{}", "-".repeat(10), self.0.iter().map(lines).collect::<String>())
+    }
+
+    fn wide_table(&self) -> String {
+        if self.0.is_empty() {
+            return String::new();
+        }
+        let head = ["assertion", "bound", "worst", ""].map(String::from);
+        let row = |f: &Finding| [f.name.clone(), f.bound(), f.worst(), f.word().to_string()];
+        let rows: Vec<[String; 4]> = std::iter::once(head).chain(self.0.iter().map(row)).collect();
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let widths = [width(0), width(1), width(2)];
+        let mut text = String::new();
+        for (index, [name, bound, worst, word]) in rows.iter().enumerate() {
+            let [a, b, c] = widths;
+            let line = format!("{name:<a$}  {bound:>b$}  {worst:<c$}  {word}");
+            text.push_str(line.trim_end());
+            text.push('\n');
+            if index == 0 {
+                text.push_str(&"-".repeat(a + b + c + 14));
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        self.0.iter().map(Finding::to_json).collect()
+    }
+}
+
+fn who(agent: u32) -> String {
+    if agent == 0 { "all agents".into() } else { format!("agent {agent}") }
+}
+
+/// A time without the dust that a product of step and number leaves in the last digits, s.
+fn tidy(time: f64) -> f64 {
+    (time * 1e9).round() / 1e9
+}

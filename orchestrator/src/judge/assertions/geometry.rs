@@ -1,0 +1,110 @@
+//! Metrics that concern several agents or obstacles: how close things come.
+
+use std::sync::Arc;
+
+use formation::wiring::Assembly;
+use lockstep::ChannelId;
+
+use super::signal::Span;
+use crate::judge::metrics::norm_between;
+
+/// What an assertion may name as its `metric`, or use within a signal; with its meaning. All in m.
+pub const METRICS: [(&str, &str); 5] = [
+    ("distance", "from the centre of the agent to that of the nearest other one"),
+    ("gap", "the same, less the radii of both; below 0 they collide"),
+    ("obstacle_gap", "from the edge of the agent to that of the nearest obstacle"),
+    ("obstacle_margin", "from the centre of the agent to the inner boundary of the nearest obstacle"),
+    ("tracking", "from the position of the agent to its place in the formation"),
+];
+
+/// Where all agents are and how large they are; known once for all assertions.
+pub(super) struct Geometry {
+    /// Position, without angles, and radius in m of every agent; or why that is not known.
+    agents: Result<Arc<[(Span, f64)]>, String>,
+}
+
+impl Geometry {
+    pub(super) fn new(assembly: &Assembly) -> Self {
+        let count = assembly.scenario.context.agents.len();
+        let agent = |agent| Ok((position(assembly, agent)?, radius(assembly, agent)));
+        Self { agents: (0..count).map(agent).collect() }
+    }
+}
+
+/// How far an agent is from the nearest of some bodies.
+#[derive(Clone, Debug)]
+pub(super) enum Nearest {
+    /// From other agents, at this place in the list; less the radii of both, or not.
+    Agent(usize, Arc<[(Span, f64)]>, bool),
+    /// From obstacles: own position, and of each the centre and the distance that is to be kept.
+    Obstacle(Span, Vec<([f64; 2], f64)>),
+}
+
+impl Nearest {
+    /// The metric called `name` of the agent at this place; a reason if the scenario does not have what it needs, `None` if it
+    /// is none of these.
+    pub(super) fn named(
+        name: &str,
+        assembly: &Assembly,
+        geometry: &Geometry,
+        agent: usize,
+    ) -> Option<Result<Self, String>> {
+        let agents = |with_radii| match &geometry.agents {
+            Ok(agents) if agents.len() > 1 => Ok(Self::Agent(agent, agents.clone(), with_radii)),
+            Ok(_) => Err("a distance between agents needs at least two agents".into()),
+            Err(why) => Err(why.clone()),
+        };
+        match name {
+            "distance" => Some(agents(false)),
+            "gap" => Some(agents(true)),
+            "obstacle_gap" => Some(Self::obstacles(assembly, agent, false)),
+            "obstacle_margin" => Some(Self::obstacles(assembly, agent, true)),
+            _ => None,
+        }
+    }
+
+    fn obstacles(assembly: &Assembly, agent: usize, inner: bool) -> Result<Self, String> {
+        let obstacles = assembly.scenario.context.obstacles.as_ref().filter(|obstacles| !obstacles.centres.is_empty());
+        let obstacles = obstacles.ok_or("a distance to obstacles needs a section `[obstacles]` with obstacles")?;
+        let own_radius = radius(assembly, agent);
+        let boundaries = obstacles.boundaries(own_radius);
+        let discs = boundaries.iter().zip(&obstacles.radii).map(|(boundary, r)| {
+            let keep_out = if inner { boundary.inner } else { own_radius + r };
+            (boundary.centre.into(), keep_out)
+        });
+        Ok(Self::Obstacle(position(assembly, agent)?.first(2), discs.collect()))
+    }
+
+    /// The distance of this step, less what has to be kept free.
+    pub(super) fn value<'s>(&self, sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
+        // Positions are finite, so no comparison is undecided.
+        let least = f64::min;
+        match self {
+            Nearest::Agent(agent, agents, with_radii) => {
+                let (own, own_radius) = (agents[*agent].0.of(sample), agents[*agent].1);
+                let others = agents.iter().enumerate().filter(|(index, _)| index != agent);
+                let keep_out = |radius: f64| if *with_radii { own_radius + radius } else { 0.0 };
+                let free = others.map(|(_, (span, radius))| norm_between(own, span.of(sample)) - keep_out(*radius));
+                free.fold(f64::INFINITY, least)
+            }
+            Nearest::Obstacle(own, discs) => {
+                let own = own.of(sample);
+                discs.iter().map(|(centre, keep_out)| norm_between(own, centre) - keep_out).fold(f64::INFINITY, least)
+            }
+        }
+    }
+}
+
+/// Where an agent is, without its angles.
+fn position(assembly: &Assembly, agent: usize) -> Result<Span, String> {
+    let planar = assembly.scenario.context.agents[agent].vehicle.quadcopter().is_none();
+    let span = Span::find(assembly, agent, "state", "position")?;
+    Ok(span.first(if planar { 2 } else { 3 }))
+}
+
+/// Radius of an agent's body in m: that of a planar robot, or the arm of a quadcopter.
+fn radius(assembly: &Assembly, agent: usize) -> f64 {
+    let vehicle = &assembly.scenario.context.agents[agent].vehicle;
+    let arm = || vehicle.quadcopter().map(|quadcopter| quadcopter.arm);
+    vehicle.omni().map(|omni| omni.radius).or_else(arm).unwrap_or(0.0)
+}

@@ -1,0 +1,205 @@
+//! What a log says, held against what it should say.
+
+use std::fmt::Write;
+
+use formation::scenario::{Expectation, Scenario};
+use serde_json::{Map, Value, json};
+
+use crate::judge::metrics::{MetricError, Run, SETS};
+use crate::log::Log;
+
+/// A metric with its band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name of the metric.
+    pub id: String,
+    /// Its value; NaN if it has none.
+    pub value: f64,
+    /// What the thesis says and what was expected.
+    pub expectation: Expectation,
+    /// Whether it lies in its band; `None` if there is no band.
+    pub ok: Option<bool>,
+}
+
+impl Row {
+    /// The band in words, `1 ... 2` or `<= 2`; empty if there is none.
+    pub fn band(&self) -> String {
+        match (self.expectation.low, self.expectation.high) {
+            (Some(low), Some(high)) => format!("{} ... {}", short(low), short(high)),
+            (Some(low), None) => format!(">= {}", short(low)),
+            (None, Some(high)) => format!("<= {}", short(high)),
+            (None, None) => String::new(),
+        }
+    }
+
+    /// The verdict in a word; empty if there is no band.
+    pub fn word(&self) -> &'static str {
+        match self.ok {
+            Some(true) => "ok",
+            Some(false) => "MISSED",
+            None => "",
+        }
+    }
+}
+
+/// All metrics of a run with their bands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// In the order of the metric set; bands of metrics that were not computed at the end.
+    pub rows: Vec<Row>,
+}
+
+impl Verdict {
+    /// Computes the metrics of `scenario` from `log` and compares them with its bands.
+    ///
+    /// # Errors
+    /// [`MetricError`] if the log does not hold what the metrics need, or the scenario names an unknown set.
+    pub fn of(scenario: &Scenario, log: &Log) -> Result<Self, MetricError> {
+        let metrics = if scenario.metrics.is_empty() {
+            Vec::new()
+        } else {
+            let set =
+                SETS.iter().find(|set| set.name == scenario.metrics).ok_or_else(|| MetricError::NotApplicable {
+                    set: scenario.metrics.clone(),
+                    reason: "there is no such set of metrics".into(),
+                })?;
+            (set.compute)(&Run::new(scenario, log))?
+        };
+        let mut rows: Vec<Row> = metrics
+            .into_iter()
+            .map(|metric| {
+                let expectation = scenario.expectations.get(&metric.id).cloned().unwrap_or_default();
+                Row { ok: expectation.holds(metric.value), id: metric.id, value: metric.value, expectation }
+            })
+            .collect();
+        for (id, expectation) in &scenario.expectations {
+            // Bands of agents that do not fly are no failure of those that do.
+            let known = rows.iter().any(|row| row.id == *id);
+            if !known && scenario.overrides.is_empty() {
+                rows.push(Row { id: id.clone(), value: f64::NAN, expectation: expectation.clone(), ok: Some(false) });
+            }
+        }
+        Ok(Self { rows })
+    }
+
+    /// Whether no metric is outside its band.
+    pub fn ok(&self) -> bool {
+        self.rows.iter().all(|row| row.ok != Some(false))
+    }
+
+    /// Number of metrics outside their bands.
+    pub fn missed(&self) -> usize {
+        self.rows.iter().filter(|row| row.ok == Some(false)).count()
+    }
+
+    /// The table `metric | thesis | measured | band | ok`.
+    pub fn table(&self) -> String {
+        let cells: Vec<[String; 5]> = self.rows.iter().map(cells).collect();
+        let head = ["metric", "thesis", "measured", "band", "ok"].map(String::from);
+        let mut widths = [0; 5];
+        for row in std::iter::once(&head).chain(&cells) {
+            for (width, cell) in widths.iter_mut().zip(row) {
+                *width = (*width).max(cell.chars().count());
+            }
+        }
+        let mut text = String::new();
+        for (index, row) in std::iter::once(&head).chain(&cells).enumerate() {
+            let mut line = String::new();
+            for (column, (cell, width)) in row.iter().zip(widths).enumerate() {
+                let pad = " ".repeat(width - cell.chars().count());
+                match column {
+                    0 => line.push_str(&format!("{cell}{pad}")),
+                    _ => line.push_str(&format!("  {pad}{cell}")),
+                }
+            }
+            text.push_str(line.trim_end());
+            text.push('\n');
+            if index == 0 {
+                text.push_str(&"-".repeat(line.chars().count()));
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    /// The metrics as JSON: `{id: {value, thesis, lo, hi, ok}}`.
+    pub fn to_json(&self) -> Value {
+        let mut metrics = Map::new();
+        for row in &self.rows {
+            let thesis = Some(&row.expectation.thesis).filter(|text| !text.is_empty());
+            let entry = json!({
+                "value": number(row.value),
+                "thesis": thesis,
+                "lo": row.expectation.low.map(number),
+                "hi": row.expectation.high.map(number),
+                "ok": row.ok,
+            });
+            metrics.insert(row.id.clone(), entry);
+        }
+        Value::Object(metrics)
+    }
+}
+
+/// JSON has no NaN and no infinity.
+fn number(value: f64) -> Value {
+    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+}
+
+fn cells(row: &Row) -> [String; 5] {
+    [row.id.clone(), row.expectation.thesis.clone(), short(row.value), row.band(), row.word().into()]
+}
+
+/// Four significant digits, in the notation that is shorter to read.
+pub fn short(value: f64) -> String {
+    let mut text = String::new();
+    let size = value.abs();
+    let result = if value == 0.0 {
+        write!(text, "0")
+    } else if !value.is_finite() {
+        write!(
+            text,
+            "{}",
+            if value.is_nan() {
+                "-"
+            } else if value > 0.0 {
+                "inf"
+            } else {
+                "-inf"
+            }
+        )
+    } else if !(1e-3..1e5).contains(&size) {
+        write!(text, "{value:.3e}")
+    } else {
+        let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+        write!(text, "{value:.decimals$}")
+    };
+    debug_assert!(result.is_ok());
+    if text.contains('.') && !text.contains('e') {
+        text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let shown = [0.0, 2.345678e-4, 0.00187654, 56.26, 1229.4, 123456.0, f64::NAN, -0.422, 8.0].map(short);
+        assert_eq!(shown, ["0", "2.346e-4", "0.001877", "56.26", "1229", "1.235e5", "-", "-0.422", "8"]);
+    }
+
+    #[test]
+    fn a_missing_value_misses_its_band() {
+        let expectation = Expectation { thesis: "<= 2".into(), low: None, high: Some(2.0) };
+        let row =
+            |value: f64| Row { id: "x".into(), value, ok: expectation.holds(value), expectation: expectation.clone() };
+        let verdict = Verdict { rows: vec![row(1.0), row(f64::NAN)] };
+        assert!(!verdict.ok());
+        assert_eq!(verdict.missed(), 1);
+        let table = verdict.table();
+        assert!(table.contains("MISSED") && table.lines().count() == 4, "{table}");
+        assert_eq!(verdict.to_json()["x"]["value"], Value::Null);
+    }
+}

@@ -1,0 +1,350 @@
+//! The two ways to run a scenario: in this process, or in one process per participant.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use formation::scenario::FailurePolicy;
+use formation::wiring::{Assembly, SCENARIO_FILE};
+use lockstep::{
+    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, Wake, allowed_cores, pin_to_core,
+};
+
+use crate::failure::Failure;
+use crate::logging;
+use crate::run::control::Stop;
+use crate::run::pinning::{Home, describe};
+use crate::run::placement::Placement;
+use crate::run::robots::{Robots, place_hands, with_hands};
+use crate::run::stress::Stress;
+use crate::run::swap::Swap;
+use crate::run::urgency::Urgency;
+
+/// All processes together may take so many deadlines of a step to connect.
+const START_DEADLINES: u32 = 3;
+
+/// How participants become processes.
+#[derive(Clone, Debug)]
+pub struct Staging {
+    /// How they are spread.
+    pub placement: Placement,
+    /// Participants that are programs of the user.
+    pub swaps: Vec<Swap>,
+    /// What is done when a participant fails.
+    pub on_failure: FailurePolicy,
+    /// What is done to make the run stumble.
+    pub stress: Option<Stress>,
+    /// What they wake each other with.
+    pub wake: Wake,
+    /// How many of its last runs every process keeps for a trace.
+    pub traced: u32,
+    /// How urgent they are.
+    pub urgency: Urgency,
+    /// Folder of a file per process with what it printed.
+    pub log_dir: Option<PathBuf>,
+}
+
+/// A run that is ready for its first step.
+pub enum Engine {
+    /// In this process.
+    Local {
+        /// What runs.
+        local: Box<Local>,
+        /// Where its control socket is; a run without one is as good, but cannot be controlled.
+        directory: Option<RunDirectory>,
+    },
+    /// In processes of their own.
+    Processes {
+        /// Who runs them.
+        conductor: Box<Conductor>,
+        /// Where they run.
+        home: Home,
+        /// Who plays the participants.
+        cast: Cast,
+    },
+}
+
+/// Which program plays which participant.
+pub struct Cast {
+    /// This program.
+    program: PathBuf,
+    swaps: Vec<Swap>,
+    /// The emulators that were started for it; they end after the bridges.
+    robots: Robots,
+    stress: Option<Stress>,
+    urgency: Urgency,
+    /// The core that all start on.
+    pub core: Option<usize>,
+}
+
+impl Cast {
+    /// The command of the worker of this name, for the run in `directory`; the emulator of a robot is started first.
+    ///
+    /// # Errors
+    /// [`Failure`] if that does not start.
+    pub fn command(&mut self, worker: &str, directory: &Path) -> Result<Command, Failure> {
+        let mut command = match self.swaps.iter().find(|swap| swap.node == worker) {
+            Some(swap) => self.robots.bridge(&self.program, directory, swap, self.urgency)?,
+            None => self.own_program(),
+        };
+        self.urgency.apply(&mut command);
+        if let Some(stress) = &self.stress {
+            stress.disturb(&mut command);
+        }
+        Ok(command)
+    }
+
+    /// Whether the worker of this name is the bridge to a robot.
+    pub fn is_robot(&self, worker: &str) -> bool {
+        self.swaps.iter().any(|swap| swap.node == worker && swap.robot().is_some())
+    }
+
+    /// This program as a participant.
+    pub fn own_program(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.arg("participant").env(logging::FILTER, logging::chosen());
+        command
+    }
+}
+
+/// How often every process may be started anew for swaps while the run goes on, besides its restarts. One that succeeds takes
+/// one start, one that fails two.
+const SWAPS: u32 = 16;
+
+impl Engine {
+    /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
+    /// the start and the run.
+    ///
+    /// # Errors
+    /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
+    /// connect.
+    pub fn start(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
+        match staging.placement {
+            Placement::Single => Self::local(assembly),
+            _ => Self::processes(assembly, staging, home, stop),
+        }
+    }
+
+    fn local(assembly: &Assembly) -> Result<Self, Failure> {
+        let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
+        let participants = assembly.participants(&nodes)?;
+        let dt = assembly.scenario.context.timing.dt;
+        let local = Local::new(assembly.network.clone(), participants, dt)
+            .map_err(|error| vec![assembly.scenario.problem("", error.to_string())])?;
+        Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
+    }
+
+    fn processes(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
+        let timing = assembly.scenario.context.timing;
+        let mut workers = staging.placement.workers(assembly, &staging.swaps);
+        if let Some(stress) = &staging.stress {
+            stress.shuffle(&mut workers);
+        }
+        let count = workers.len();
+        let network = with_hands(&assembly.network, &staging.swaps);
+        place_hands(&network, &mut workers, &staging.swaps);
+        let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
+            .map_err(RunError::from)?;
+        plan.traced = staging.traced;
+        RunDirectory::sweep()?;
+        let directory = RunDirectory::create(&staging.wake.run_name(&assembly.scenario.name))?;
+        let path = directory.path().join(SCENARIO_FILE);
+        let text = assembly.scenario.to_toml();
+        std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
+        plan.bind_source(&text);
+        let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
+        let settings = Settings {
+            deadline: Duration::from_secs_f64(staging.on_failure.deadline),
+            replacements: staging.on_failure.restarts + SWAPS,
+            wake: staging.wake,
+            ..Settings::default()
+        };
+        let mut cast = Cast {
+            program,
+            swaps: staging.swaps.clone(),
+            robots: Robots::default(),
+            stress: staging.stress,
+            urgency: staging.urgency,
+            core: home.core,
+        };
+        let mut conductor = Conductor::new(directory, plan, settings)?;
+        stop.attach(conductor.interrupt());
+        if let Some(folder) = &staging.log_dir {
+            conductor.keep_output(folder)?;
+        }
+        for worker in 0..count {
+            let name = &conductor.plan().workers[worker].name;
+            let command = cast.command(name, conductor.directory().path())?;
+            let pid = conductor.spawn(worker, command, cast.core)?;
+            tracing::debug!(process = conductor.plan().workers[worker].name, pid, "started");
+            if let Some(stress) = &staging.stress {
+                stress.set_priority(worker, pid);
+            }
+        }
+        conductor.wait_ready(settings.deadline * START_DEADLINES)?;
+        tracing::info!(processes = count, run = conductor.directory().name(), "all processes are connected");
+        if let Some(core) = home.core {
+            pin_to_core(core).map_err(Failure::system("pin to a core"))?;
+        }
+        Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
+    }
+
+    /// From now on it is tried on how many of `cores` steps are shortest, if nobody else has chosen where the processes run.
+    pub fn balance(&mut self, cores: &[usize]) {
+        if let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self {
+            let others = cores.iter().copied().filter(|&core| core != slot.core);
+            conductor.balance(std::iter::once(slot.core).chain(others).collect());
+        }
+    }
+
+    /// Where the processes are and why, if that was tried.
+    pub fn balanced(&self) -> Option<String> {
+        match self {
+            Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } => {
+                describe(&conductor.balanced()?, slot.shared)
+            }
+            _ => None,
+        }
+    }
+
+    /// Runs one step of everybody and returns its number.
+    ///
+    /// # Errors
+    /// [`RunError`]; the run is over then.
+    pub fn step(&mut self) -> Result<u64, RunError> {
+        match self {
+            Engine::Local { local, .. } => local.step().map_err(|StepError { node, step, fault }| RunError::Fault {
+                node,
+                step,
+                message: fault.to_string(),
+            }),
+            Engine::Processes { conductor, .. } => conductor.step(),
+        }
+    }
+
+    /// The workers that have failed; none if nobody could take their places.
+    pub(crate) fn casualties(&self, error: &RunError) -> Vec<usize> {
+        match self {
+            Engine::Local { .. } => Vec::new(),
+            Engine::Processes { conductor, .. } => conductor.casualties(error),
+        }
+    }
+
+    /// The names of the participants that a worker hosts.
+    pub(crate) fn hosted(&self, worker: usize) -> impl Iterator<Item = &str> {
+        let plan = match self {
+            Engine::Local { .. } => None,
+            Engine::Processes { conductor, .. } => Some(conductor.plan()),
+        };
+        plan.into_iter()
+            .flat_map(move |plan| plan.workers[worker].nodes.iter().map(|&node| plan.network.nodes[node].name.as_str()))
+    }
+
+    /// Whether a worker is the bridge to a robot.
+    pub(crate) fn is_robot(&self, worker: usize) -> bool {
+        match self {
+            Engine::Local { .. } => false,
+            Engine::Processes { cast, .. } => cast.is_robot(&self.worker_name(worker)),
+        }
+    }
+
+    /// The name of a worker.
+    pub(crate) fn worker_name(&self, worker: usize) -> String {
+        match self {
+            Engine::Local { .. } => String::new(),
+            Engine::Processes { conductor, .. } => conductor.plan().workers[worker].name.clone(),
+        }
+    }
+
+    /// The worker that hosts this participant and nobody else.
+    pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
+        let Engine::Processes { conductor, .. } = self else { return None };
+        conductor.plan().workers.iter().position(|worker| worker.name == node)
+    }
+
+    /// From now on this program plays the participant, or with `None` ours. Returns which one did before.
+    pub(crate) fn take_on(&mut self, node: &str, swap: Option<Swap>) -> Option<Swap> {
+        let Engine::Processes { cast, .. } = self else { return None };
+        let before = cast.swaps.iter().position(|other| other.node == node).map(|place| cast.swaps.remove(place));
+        cast.swaps.extend(swap);
+        before
+    }
+
+    /// How many steps are done.
+    pub(crate) fn steps_done(&self) -> u64 {
+        self.gauge().read().completed
+    }
+
+    /// The samples of the step that ran last.
+    pub fn store(&self) -> &Store {
+        match self {
+            Engine::Local { local, .. } => local.store(),
+            Engine::Processes { conductor, .. } => conductor.store(),
+        }
+    }
+
+    /// Number of processes, this one included.
+    pub fn process_count(&self) -> usize {
+        match self {
+            Engine::Local { .. } => 1,
+            Engine::Processes { conductor, .. } => conductor.plan().workers.len() + 1,
+        }
+    }
+
+    /// The counters of the run.
+    pub fn gauge(&self) -> Gauge {
+        match self {
+            Engine::Local { local, .. } => local.gauge(),
+            Engine::Processes { conductor, .. } => conductor.gauge(),
+        }
+    }
+
+    /// The core that the processes started on, if one was chosen.
+    pub fn core(&self) -> Option<usize> {
+        match self {
+            Engine::Local { .. } => None,
+            Engine::Processes { home, .. } => home.core,
+        }
+    }
+
+    /// Where the run keeps what belongs to it.
+    pub fn directory(&self) -> Option<&RunDirectory> {
+        match self {
+            Engine::Local { directory, .. } => directory.as_ref(),
+            Engine::Processes { conductor, .. } => Some(conductor.directory()),
+        }
+    }
+
+    /// Nobody runs ahead of the step that is asked for.
+    pub fn run_step_by_step(&mut self) {
+        if let Engine::Processes { conductor, .. } = self {
+            conductor.set_ahead(0);
+        }
+    }
+
+    /// Nothing is fetched from the processes, for a run that is not recorded.
+    pub fn fetch_nothing(&mut self) {
+        if let Engine::Processes { conductor, .. } = self {
+            conductor.set_recording(false);
+        }
+    }
+
+    /// Ends all processes and removes what they shared.
+    ///
+    /// # Errors
+    /// [`RunError`] if something cannot be removed.
+    pub fn finish(self) -> Result<(), RunError> {
+        match self {
+            Engine::Local { directory, .. } => Ok(directory.map_or(Ok(()), RunDirectory::close)?),
+            Engine::Processes { conductor, .. } => conductor.finish(),
+        }
+    }
+}
+
+/// The cores of this machine that a run may use. To be asked before any thread is pinned.
+///
+/// # Errors
+/// [`Failure::System`] if the operating system does not tell.
+pub fn cores() -> Result<Vec<usize>, Failure> {
+    allowed_cores().map_err(Failure::system("ask for the cores of this machine"))
+}

@@ -1,0 +1,19 @@
+//! One run: its processes, how they are placed and controlled, and what observes its steps.
+
+pub mod control;
+pub mod engine;
+pub(crate) mod leftovers;
+pub mod pinning;
+pub mod placement;
+pub mod profile;
+mod progress;
+pub(crate) mod recording;
+mod recovery;
+pub mod robots;
+pub mod scene;
+mod session;
+pub mod stress;
+pub mod swap;
+pub mod urgency;
+
+pub use session::{Options, Outcome, run};

@@ -1,0 +1,58 @@
+//! How participants are spread over processes.
+
+use formation::wiring::Assembly;
+use lockstep::WorkerPlan;
+
+use crate::run::swap::Swap;
+
+/// How the participants are spread over processes. It changes no bit of what comes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Placement {
+    /// Every participant is a process of its own
+    Processes,
+    /// Observer and controller of an agent share a process
+    Agents,
+    /// As the scenario's `[placement] groups` say; who is in no group is a process of its own
+    Groups,
+    /// All participants run in this process, without a system call in a step
+    Single,
+}
+
+impl Placement {
+    /// The placement of a scenario if nobody says otherwise: its groups, or a process per participant.
+    pub fn default_of(assembly: &Assembly) -> Self {
+        if assembly.scenario.groups.is_empty() { Self::Processes } else { Self::Groups }
+    }
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Processes => "processes",
+            Self::Agents => "agents",
+            Self::Groups => "groups",
+            Self::Single => "single",
+        }
+    }
+
+    /// The processes, and the nodes that each hosts.
+    pub fn workers(self, assembly: &Assembly, swaps: &[Swap]) -> Vec<WorkerPlan> {
+        let groups = &assembly.scenario.groups;
+        let mut workers: Vec<WorkerPlan> = Vec::new();
+        for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
+            let swapped = swaps.iter().any(|swap| swap.node == node.name);
+            let group = groups.iter().position(|group| group.contains(&node.name));
+            let name = match (self, role.agents.as_slice(), group) {
+                _ if swapped => node.name.clone(),
+                (Self::Single, ..) => "all".to_string(),
+                (Self::Agents, [agent], _) if node.name.contains('_') => format!("agent_{}", agent + 1),
+                (Self::Groups, _, Some(group)) => format!("group_{}", group + 1),
+                _ => node.name.clone(),
+            };
+            match workers.iter_mut().find(|worker| worker.name == name) {
+                Some(worker) => worker.nodes.push(index),
+                None => workers.push(WorkerPlan { name, nodes: vec![index] }),
+            }
+        }
+        workers
+    }
+}

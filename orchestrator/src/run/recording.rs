@@ -1,0 +1,61 @@
+//! What goes from a run into its log.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use formation::wiring::Assembly;
+use lockstep::{ChannelId, Header, Network, Status, Store};
+
+use crate::failure::Failure;
+use crate::log::{DEFAULT_FLUSH_EVERY, LogError, Recorder, RunInfo};
+use crate::run::scene::Scene;
+
+/// Starts the log of a run of the scenario on the channels of `network`, and the folder that it is in.
+///
+/// # Errors
+/// [`Failure::System`] and [`Failure::Log`].
+pub(crate) fn create_log(path: &Path, assembly: &Assembly, network: &Network) -> Result<Recorder, Failure> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
+    }
+    let scenario = &assembly.scenario;
+    let text = scenario.to_record();
+    // What changes no bit of the result stays out of the log, so that equal results are equal logs.
+    let sections = ["placement", "on_failure", "swap"];
+    let matters = |text: &&String| !sections.iter().any(|section| text.starts_with(section));
+    let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
+    let metadata = BTreeMap::from([
+        ("scenario".to_string(), scenario.name.clone()),
+        ("variant".to_string(), scenario.variant.clone()),
+        ("overrides".to_string(), overrides.join("\n")),
+        ("phalanx".to_string(), env!("CARGO_PKG_VERSION").to_string()),
+        ("format".to_string(), "1".to_string()),
+    ]);
+    let info = RunInfo {
+        network,
+        period_ns: scenario.context.timing.period_ns(),
+        scenario: &text,
+        metadata: &metadata,
+        flush_every: DEFAULT_FLUSH_EVERY,
+    };
+    Ok(Recorder::create(path, &info)?)
+}
+
+/// Records a step, and draws it if the log has a scene.
+pub(crate) fn record(
+    network: &Network,
+    period_ns: u64,
+    step: u64,
+    store: &Store,
+    recorder: &mut Recorder,
+    scene: Option<&mut Scene>,
+) -> Result<(), LogError> {
+    recorder.record(step, store, |channel| header(network, period_ns, store, channel, step))?;
+    scene.map_or(Ok(()), |scene| scene.draw(step, store, recorder))
+}
+
+/// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.
+pub(crate) fn header(network: &Network, period_ns: u64, store: &Store, channel: ChannelId, step: u64) -> Header {
+    let agent = network.channels[channel.0].agent;
+    store.header(channel, step).copied().unwrap_or_else(|| Header::new(step, period_ns, agent, Status::Held))
+}

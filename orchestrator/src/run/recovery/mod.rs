@@ -1,0 +1,205 @@
+//! What becomes of a run when a participant fails, and of a participant whose place another program takes.
+//!
+//! What is done is said by the scenario ([`FailurePolicy`]); how it is done is the conductor's business
+//! ([`lockstep::Conductor::replace`]); what has happened so far comes from the log.
+
+mod event;
+mod tail;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use formation::scenario::{FailurePolicy, OnFailure};
+use lockstep::{Comeback, Network, RunError, Store};
+
+use crate::log::{LogError, Recorder};
+use crate::run::engine::Engine;
+use crate::run::swap::Swap;
+use event::Events;
+use tail::{Past, Tail};
+
+/// Why a participant keeps its program.
+const SHARED: &str = "it shares its process with others: nothing was changed";
+const ROBOT: &str = "it is a robot, which cannot be changed for another one while it drives: nothing was changed";
+const OVER: &str = "the run is at its end: nothing was changed";
+
+/// Replaces participants of one run.
+pub(crate) struct Recovery {
+    policy: FailurePolicy,
+    /// The log that is being written.
+    log: PathBuf,
+    tail: Tail,
+    /// How often each worker has failed.
+    failures: Vec<u32>,
+    events: Events,
+    /// What was done, in words.
+    told: Vec<String>,
+}
+
+impl Recovery {
+    /// For a run that writes the log `log`.
+    pub(crate) fn new(policy: FailurePolicy, log: PathBuf) -> Self {
+        let (failures, told) = (Vec::new(), Vec::new());
+        Self { policy, log, tail: Tail::new(), failures, events: Events::default(), told }
+    }
+
+    /// Keeps the samples of `step`, which was recorded, and records what has happened before it.
+    ///
+    /// # Errors
+    /// [`LogError`] if that cannot be written.
+    pub(crate) fn note(
+        &mut self,
+        network: &Network,
+        store: &Store,
+        step: u64,
+        period_ns: u64,
+        recorder: &mut Recorder,
+    ) -> Result<(), LogError> {
+        self.tail.note(network, store, step);
+        self.events.write(step, period_ns, recorder)
+    }
+
+    /// Puts others in the place of those who have failed, as their policies say.
+    ///
+    /// # Errors
+    /// The error that ends the run: `error` itself if a policy says so, or why nobody could take a place.
+    pub(crate) fn mend(&mut self, engine: &mut Engine, recorder: &Recorder, error: RunError) -> Result<(), RunError> {
+        let mut error = error;
+        loop {
+            let casualties = engine.casualties(&error);
+            let aborts = |&worker: &usize| self.policy_of(engine, worker) == OnFailure::Abort;
+            if casualties.is_empty() || casualties.iter().any(aborts) {
+                return Err(error);
+            }
+            let mut failed = None;
+            for worker in casualties {
+                if let Err(again) = self.relieve(engine, recorder, worker, &error) {
+                    failed = Some(again);
+                }
+            }
+            match failed {
+                Some(again) => error = again,
+                None => return Ok(()),
+            }
+        }
+    }
+
+    /// Puts a program of the user in the place of a participant; returns the first step that it runs, or why nothing has
+    /// changed. If the program cannot take the place, the one before it is started again and computes all steps anew.
+    ///
+    /// # Errors
+    /// The error that ends the run, if that one cannot take its place either.
+    pub(crate) fn swap(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        swap: Swap,
+    ) -> Result<Result<u64, String>, RunError> {
+        let (node, program) = (swap.node.clone(), swap.to_string());
+        let Some(worker) = engine.worker_of(&node) else { return Ok(Err(SHARED.into())) };
+        if engine.is_robot(worker) {
+            return Ok(Err(ROBOT.into()));
+        }
+        let before = engine.take_on(&node, Some(swap));
+        match self.replace(engine, recorder, worker, Comeback::Adopt) {
+            Ok(Some(step)) => {
+                self.events.push(&node, format!("played by `{program}` from step {step} on"));
+                self.tell(format!("{node} is played by `{program}` from step {step} on"));
+                Ok(Ok(step))
+            }
+            Ok(None) => Ok(Err(OVER.into())),
+            Err(error @ RunError::Interrupted { .. }) => Err(error),
+            Err(error) => {
+                engine.take_on(&node, before);
+                self.replace(engine, recorder, worker, Comeback::Recompute)?;
+                self.tell(format!("`{program}` cannot play {node}, who plays on as before: {error}"));
+                Ok(Err(format!("{error}\n{node} plays on as before")))
+            }
+        }
+    }
+
+    /// Something has happened to a participant that the log is to tell.
+    pub(crate) fn remark(&mut self, participant: &str, text: &str) {
+        self.events.push(participant, text.into());
+    }
+
+    /// What was done, in words.
+    pub(crate) fn into_told(self) -> Vec<String> {
+        self.told
+    }
+
+    /// The strictest policy of the participants that a worker hosts.
+    fn policy_of(&self, engine: &Engine, worker: usize) -> OnFailure {
+        // What a robot has done cannot be done again.
+        if engine.is_robot(worker) {
+            return OnFailure::Abort;
+        }
+        let policies: Vec<OnFailure> = engine.hosted(worker).map(|node| self.policy.of(node)).collect();
+        let order = [OnFailure::Abort, OnFailure::Hold, OnFailure::Restart];
+        order.into_iter().find(|policy| policies.contains(policy)).unwrap_or_default()
+    }
+
+    fn relieve(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        worker: usize,
+        error: &RunError,
+    ) -> Result<(), RunError> {
+        self.failures.resize(self.failures.len().max(worker + 1), 0);
+        let count = self.failures[worker];
+        let name = engine.worker_name(worker);
+        if count >= self.policy.restarts {
+            let reason = format!("it was restarted {count} times already, and failed again: {error}");
+            return Err(RunError::NotReplaced { worker: name, step: engine.steps_done(), reason });
+        }
+        self.failures[worker] += 1;
+        let comeback = match self.policy_of(engine, worker) {
+            OnFailure::Hold => Comeback::Hold,
+            _ => Comeback::Recompute,
+        };
+        let start = Instant::now();
+        let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
+        let took = start.elapsed().as_secs_f64();
+        let number = count + 1;
+        if comeback == Comeback::Hold {
+            for node in engine.hosted(worker) {
+                self.events.push(node, format!("failed; its last sample stands from step {step} on"));
+            }
+            self.tell(format!("{error}\n{name} is held: its last samples stand from step {step} on, marked as stale"));
+        } else {
+            let most = self.policy.restarts;
+            self.tell(format!(
+                "{error}\n{name} was restarted and goes on at step {step} (restart {number} of {most}; caught up in {took:.2} s)"
+            ));
+        }
+        Ok(())
+    }
+
+    fn replace(
+        &mut self,
+        engine: &mut Engine,
+        recorder: &Recorder,
+        worker: usize,
+        comeback: Comeback,
+    ) -> Result<Option<u64>, RunError> {
+        let Engine::Processes { conductor, cast, .. } = engine else { return Ok(None) };
+        let network = conductor.plan().network.clone();
+        let mut past = Past { network: &network, tail: &self.tail, log: &self.log, recorder };
+        let name = &conductor.plan().workers[worker].name;
+        let command = match comeback {
+            Comeback::Hold => cast.own_program(),
+            _ => cast.command(name, conductor.directory().path()).map_err(|failure| RunError::NotReplaced {
+                worker: name.clone(),
+                step: conductor.gauge().read().completed,
+                reason: failure.to_string(),
+            })?,
+        };
+        conductor.replace(worker, command, cast.core, comeback, &mut past)
+    }
+
+    fn tell(&mut self, text: String) {
+        eprintln!("{text}");
+        self.told.push(text);
+    }
+}

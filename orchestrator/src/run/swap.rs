@@ -1,0 +1,331 @@
+//! What plays a participant instead of ours: a program of the user, a log, or a robot.
+
+use std::ffi::OsStr;
+use std::fmt::{self, Display, Formatter};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use formation::config::{Problem, nearest};
+use formation::wiring::Assembly;
+use hardware::message::Clock;
+use hardware::settings::Settings;
+
+use crate::failure::Failure;
+use crate::trial::replay::Tape;
+
+/// What stands before the log that a participant is to be played from.
+const REPLAY: &str = "replay:";
+
+/// A participant that something else plays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Swap {
+    /// Name of the node, `controller_3`.
+    pub node: String,
+    player: Player,
+}
+
+/// What plays it.
+#[derive(Clone, Debug, PartialEq)]
+enum Player {
+    /// A program and its arguments, and the folder that it starts in if it is not that of the run.
+    Program { words: Vec<String>, folder: Option<PathBuf> },
+    /// What was recorded of it.
+    Log(PathBuf),
+    /// A robot, in the place of the plant of one agent.
+    Robot(RobotSwap),
+}
+
+/// A robot in the place of a plant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RobotSwap {
+    /// One that is there already, as its file describes it.
+    There(Box<Settings>),
+    /// An emulator that is started for the run, with the clock that it keeps.
+    Emulated(Clock),
+}
+
+impl RobotSwap {
+    /// Reads `hardware:FILE`, `emulator` or `emulator:free`; `None` for anything else.
+    fn parse(player: &str) -> Option<Result<Self, String>> {
+        match player.trim() {
+            "emulator" => return Some(Ok(Self::Emulated(Clock::Lockstep))),
+            "emulator:free" => return Some(Ok(Self::Emulated(Clock::Wall))),
+            _ => {}
+        }
+        let file = player.trim().strip_prefix("hardware:")?;
+        let list = |problems: Vec<Problem>| problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n\n");
+        Some(Settings::load(Path::new(file)).map(|settings| Self::There(Box::new(settings))).map_err(list))
+    }
+
+    /// Whether time passes for it by itself.
+    pub fn is_free(&self) -> bool {
+        match self {
+            Self::There(settings) => settings.clock == Clock::Wall,
+            Self::Emulated(clock) => *clock == Clock::Wall,
+        }
+    }
+}
+
+impl Swap {
+    /// Reads `controller.3=./my_controller --gain 2` or `controller.3=replay:LOG.mcap`; `nodes` are the names that there are.
+    ///
+    /// # Errors
+    /// Says what is wrong: no command, no such participant.
+    pub fn parse(text: &str, nodes: &[&str]) -> Result<Self, String> {
+        let Some((name, player)) = text.split_once('=') else {
+            return Err(format!(
+                "--swap {text}: expected NODE=COMMAND or NODE=replay:LOG.mcap, such as controller.3=./my_controller"
+            ));
+        };
+        let node = node_called(name, nodes).map_err(|reason| format!("--swap {name}: {reason}"))?;
+        let player = Player::of(&node, player).map_err(|reason| format!("--swap {text}: {reason}"))?;
+        Ok(Self { node, player })
+    }
+
+    /// All swaps of a run: those of the scenario, and those of the command line, which have the last word.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] if one of them is not valid, or a log does not fit the run; [`Failure::Log`] if it cannot be read.
+    pub fn collect(assembly: &Assembly, texts: &[String]) -> Result<Vec<Self>, Failure> {
+        let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
+        let mut swaps: Vec<Self> = Vec::new();
+        for text in texts {
+            let swap = Self::parse(text, &names).map_err(Failure::Usage)?;
+            if swaps.iter().any(|other| other.node == swap.node) {
+                return Err(Failure::Usage(format!("--swap {}: it is swapped twice", swap.node)));
+            }
+            swaps.push(swap);
+        }
+        for (node, player) in &assembly.scenario.swaps {
+            if swaps.iter().all(|swap| swap.node != *node) {
+                let player = Player::of(node, player);
+                let player =
+                    player.map_err(|reason| vec![assembly.scenario.problem("swap", format!("{node}: {reason}"))])?;
+                swaps.push(Self { node: node.clone(), player });
+            }
+        }
+        if let Some((node, program)) = swaps.iter().find_map(Self::missing_program) {
+            let reason = format!("{node}: there is no program {program}; nothing was started");
+            return Err(Failure::Usage(reason));
+        }
+        for log in swaps.iter().filter_map(Self::log) {
+            let is_played = |node: &&str| swaps.iter().any(|swap| swap.node == **node && swap.log() == Some(log));
+            let nodes = (0..names.len()).filter(|&node| is_played(&names[node])).collect::<Vec<_>>();
+            // Opened here only to say what is wrong with it before anything starts.
+            Tape::open(log, &assembly.scenario, &assembly.network, &nodes)?;
+        }
+        Ok(swaps)
+    }
+
+    /// The participant and its program, if that is named by a path where nothing is. What the search path holds is left to the
+    /// system.
+    fn missing_program(&self) -> Option<(&str, &str)> {
+        let Player::Program { words, folder } = &self.player else { return None };
+        let place = |program: &str| folder.as_deref().unwrap_or(Path::new("")).join(program);
+        let program = words.first().filter(|program| program.contains('/') && !place(program).exists())?;
+        Some((&self.node, program))
+    }
+
+    /// The same as it is meant in `folder`, which may be another one than that of the run.
+    pub(crate) fn meant_in(mut self, folder: &Path) -> Self {
+        match &mut self.player {
+            Player::Program { words, folder: place } => {
+                // Not the file that a link leads to: a Python in a virtual environment is such a link.
+                if words[0].contains('/') {
+                    words[0] = folder.join(&words[0]).display().to_string();
+                }
+                *place = Some(folder.into());
+            }
+            Player::Log(path) => *path = folder.join(&path),
+            Player::Robot(_) => {}
+        }
+        self
+    }
+
+    /// The log that it is played from, if it is.
+    pub fn log(&self) -> Option<&Path> {
+        match &self.player {
+            Player::Log(path) => Some(path),
+            Player::Program { .. } | Player::Robot(_) => None,
+        }
+    }
+
+    /// The robot that takes its place, if one does.
+    pub fn robot(&self) -> Option<&RobotSwap> {
+        match &self.player {
+            Player::Robot(robot) => Some(robot),
+            Player::Program { .. } | Player::Log(_) => None,
+        }
+    }
+
+    /// The agent that a robot is swapped for, from 1; `None` for participants that serve all.
+    pub fn agent(&self) -> Option<u32> {
+        self.node.rsplit_once('_')?.1.parse().ok()
+    }
+
+    /// The command that starts the process; `program` is this program. `None` for a robot, which is there already.
+    pub fn command(&self, program: &Path) -> Option<Command> {
+        Some(match &self.player {
+            Player::Program { words, folder } => {
+                let mut command = Command::new(&words[0]);
+                command.args(&words[1..]);
+                folder.iter().for_each(|folder| {
+                    command.current_dir(folder);
+                });
+                command
+            }
+            Player::Log(path) => recording_command(program, path, 1.0),
+            Player::Robot(_) => return None,
+        })
+    }
+}
+
+impl Player {
+    /// What `text` means for `node`.
+    fn of(node: &str, text: &str) -> Result<Self, String> {
+        if let Some(robot) = RobotSwap::parse(text) {
+            if !node.starts_with("plant_") {
+                return Err("a robot takes the place of the plant of one agent, such as plant.2".into());
+            }
+            return Ok(Self::Robot(robot?));
+        }
+        if let Some(path) = text.trim().strip_prefix(REPLAY) {
+            let path = path.trim();
+            return if path.is_empty() {
+                Err("name the log, replay:LOG.mcap".into())
+            } else {
+                Ok(Self::Log(path.into()))
+            };
+        }
+        let words = split_words(text)?;
+        if words.is_empty() {
+            return Err("the command is empty".into());
+        }
+        Ok(Self::Program { words, folder: None })
+    }
+}
+
+/// The node that a user calls `controller.3` or `controller_3`.
+///
+/// # Errors
+/// Says that there is none, and which there are.
+pub fn node_called(name: &str, nodes: &[&str]) -> Result<String, String> {
+    let node = name.trim().replace('.', "_");
+    if nodes.contains(&node.as_str()) {
+        return Ok(node);
+    }
+    let hint = nearest(&node, nodes.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
+    let list = nodes.join(", ");
+    Err(format!("there is no such participant, expected one of {list}{}", hint.unwrap_or_default()))
+}
+
+/// Refuses to write the log of a run over the log that it is played from.
+///
+/// # Errors
+/// [`Failure::Usage`] if both are one file.
+pub fn keep_apart(source: &Path, log: Option<&Path>) -> Result<(), Failure> {
+    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    match log {
+        Some(log) if place(log).is_some() && place(log) == place(source) => Err(Failure::Usage(format!(
+            "{} is to be played, and would be replaced by the log of this run; name another file with --out",
+            source.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The command of a process of `program`, which is this one, that plays its participants from `log`, their numbers multiplied
+/// by `factor`.
+pub fn recording_command(program: &Path, log: &Path, factor: f64) -> Command {
+    let mut command = Command::new(program);
+    command.args([OsStr::new("participant"), OsStr::new("--replay"), log.as_os_str()]);
+    command.arg("--factor").arg(factor.to_string());
+    command
+}
+
+/// This program.
+///
+/// # Errors
+/// [`Failure::System`] if the operating system does not tell.
+pub fn own_program() -> Result<PathBuf, Failure> {
+    std::env::current_exe().map_err(Failure::system("find this program"))
+}
+
+impl Display for Swap {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.player {
+            Player::Program { words, .. } => write!(f, "{}", words.join(" ")),
+            Player::Log(path) => write!(f, "{REPLAY}{}", path.display()),
+            Player::Robot(RobotSwap::There(settings)) => write!(f, "the robot at {}", settings.robot),
+            Player::Robot(RobotSwap::Emulated(_)) => write!(f, "an emulator"),
+        }
+    }
+}
+
+/// Splits a command into words as a shell does: at spaces, except within quotes.
+fn split_words(text: &str) -> Result<Vec<String>, String> {
+    let mut words = Vec::new();
+    let mut word: Option<String> = None;
+    let mut quote: Option<char> = None;
+    for character in text.chars() {
+        match (quote, character) {
+            (Some(open), _) if open == character => quote = None,
+            (None, '"' | '\'') => {
+                quote = Some(character);
+                word.get_or_insert_default();
+            }
+            (None, space) if space.is_whitespace() => words.extend(word.take()),
+            _ => word.get_or_insert_default().push(character),
+        }
+    }
+    if quote.is_some() {
+        return Err("a quotation mark is not closed".into());
+    }
+    words.extend(word);
+    Ok(words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODES: [&str; 3] = ["plant", "controller_1", "controller_2"];
+
+    #[test]
+    fn a_node_and_a_command() {
+        let swap = Swap::parse("controller.2=python3 'my controller.py' --gain 2", &NODES).unwrap();
+        assert_eq!(swap.node, "controller_2");
+        let words = ["python3", "my controller.py", "--gain", "2"].map(String::from);
+        assert_eq!(swap.player, Player::Program { words: words.to_vec(), folder: None });
+        assert_eq!(swap.log(), None);
+    }
+
+    #[test]
+    fn a_node_and_a_log() {
+        for text in ["controller.2=replay:runs/a b.mcap", "controller_2= replay: runs/a b.mcap"] {
+            let swap = Swap::parse(text, &NODES).unwrap();
+            assert_eq!((swap.node.as_str(), swap.log()), ("controller_2", Some(Path::new("runs/a b.mcap"))));
+        }
+        assert!(Swap::parse("plant=replay:", &NODES).unwrap_err().contains("replay:LOG.mcap"));
+    }
+
+    #[test]
+    fn names_of_files_are_meant_in_a_folder() {
+        let meant = |text: &str| Swap::parse(text, &NODES).unwrap().meant_in(Path::new("/home/me")).to_string();
+        assert_eq!(meant("plant=./mine --log a/b"), "/home/me/./mine --log a/b");
+        assert_eq!(meant("plant=python3 mine.py"), "python3 mine.py");
+        assert_eq!(meant("plant=/opt/mine"), "/opt/mine");
+        assert_eq!(meant("plant=replay:runs/a.mcap"), "replay:/home/me/runs/a.mcap");
+        let swap = Swap::parse("plant=python3 mine.py", &NODES).unwrap().meant_in(Path::new("/home/me"));
+        let command = swap.command(Path::new("phalanx")).unwrap();
+        assert_eq!(command.get_current_dir(), Some(Path::new("/home/me")));
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        assert!(Swap::parse("controller.2", &NODES).unwrap_err().contains("NODE=COMMAND"));
+        assert!(Swap::parse("controler.2=x", &NODES).unwrap_err().contains("did you mean `controller_2`"));
+        assert!(Swap::parse("plant= ", &NODES).unwrap_err().contains("empty"));
+        assert!(Swap::parse("plant='x", &NODES).unwrap_err().contains("not closed"));
+    }
+}

@@ -1,0 +1,110 @@
+//! What the figures show: the file `assets/thesis-figures.toml`.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+pub(super) use crate::judge::assertions::Across;
+use crate::judge::metrics::Derived;
+
+const TEXT: &str = include_str!("../../../../assets/thesis-figures.toml");
+
+/// All figures, in their order.
+pub(super) fn figures() -> &'static [Figure] {
+    static FIGURES: LazyLock<Vec<Figure>> = LazyLock::new(|| {
+        let file: File = toml::from_str(TEXT).expect("the program's own file; a test reads it");
+        file.figures
+    });
+    &FIGURES
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "figure")]
+    figures: Vec<Figure>,
+}
+
+/// How a figure is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Kind {
+    /// Values over time.
+    #[default]
+    Lines,
+    /// What is on and off.
+    Bands,
+    /// Where the agents went.
+    Trajectories,
+}
+
+/// A figure.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Figure {
+    /// `7.10`.
+    pub(super) number: String,
+    /// What it is about, for the name of its file.
+    pub(super) name: String,
+    #[serde(default)]
+    pub(super) kind: Kind,
+    pub(super) scenario: String,
+    /// The variants that it compares, or the one that it shows.
+    pub(super) variants: Vec<String>,
+    /// Where it ends, s; at the end of the run if it does not say.
+    pub(super) until: Option<f64>,
+    #[serde(default, rename = "plot")]
+    pub(super) plots: Vec<Quantity>,
+}
+
+/// What one of its plots shows.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Quantity {
+    #[serde(default)]
+    pub(super) title: String,
+    /// At the vertical axis.
+    #[serde(default)]
+    pub(super) label: String,
+    /// A signal in the language of assertions.
+    pub(super) signal: Option<String>,
+    /// The signal of a variant that calls it otherwise.
+    #[serde(default)]
+    pub(super) instead: BTreeMap<String, String>,
+    /// A quantity that no participant publishes.
+    pub(super) derived: Option<Derived>,
+    /// Numbers of two agents whose distance it shows.
+    pub(super) pair: Option<[usize; 2]>,
+    /// Numbers of the agents that it shows, if not all.
+    pub(super) agents: Option<Vec<usize>>,
+    #[serde(default)]
+    pub(super) across: Across,
+    /// Variants that do not have it.
+    #[serde(default)]
+    pub(super) without: Vec<String>,
+    /// A logarithmic scale.
+    #[serde(default)]
+    pub(super) log: bool,
+    /// Whether the limit of the inputs is drawn.
+    #[serde(default)]
+    pub(super) limit: bool,
+    /// Whether it is summed up over time.
+    #[serde(default)]
+    pub(super) integral: bool,
+}
+
+impl Figure {
+    /// `fig-7-03-high-level-tracking-errors`: sorted as the thesis is, and without a dot that LaTeX would stumble over.
+    pub(super) fn file_name(&self) -> String {
+        let (chapter, figure) = self.number.split_once('.').unwrap_or((&self.number, ""));
+        format!("fig-{chapter}-{figure:0>2}-{}", self.name)
+    }
+}
+
+impl Quantity {
+    /// Whether it has a value for every agent.
+    pub(super) fn is_of_agents(&self) -> bool {
+        self.across == Across::Each && self.pair.is_none()
+    }
+}

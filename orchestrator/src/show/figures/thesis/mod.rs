@@ -1,0 +1,228 @@
+//! The figures of the thesis that show results, drawn from logs, by their numbers.
+
+mod catalog;
+mod curves;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use formation::wiring::Assembly;
+use kuva::plot::LineStyle;
+use kuva::render::render::Scene;
+
+use super::file::store;
+use super::sheet::{self, Line, Plot};
+use super::style::{self, Entry};
+use super::{POINTS, WIDTH, trajectories};
+use crate::catalog::ROLES;
+use crate::cli::FigureFormat;
+use crate::failure::Failure;
+use crate::show::view::{Grid, Subject};
+use catalog::{Across, Figure, Kind, Quantity, figures};
+use curves::{histories, integrated};
+
+/// Width of two columns of a journal, in the units of the file.
+const WIDE: f64 = 818.0;
+
+/// A figure that cannot be drawn, as a run of a variant is not there.
+pub(crate) struct Missing {
+    /// Number of the figure.
+    pub(crate) number: String,
+    /// The scenario.
+    pub(crate) scenario: String,
+    /// The variants of which there is no log.
+    pub(crate) variants: Vec<String>,
+}
+
+/// Writes the figures of the thesis for which there are logs into `folder`; their files, and the figures for which logs of other
+/// variants are missing.
+///
+/// # Errors
+/// [`Failure::System`] if a file cannot be written, [`Failure::Usage`] if a log does not hold what a figure shows.
+pub(crate) fn write(
+    subjects: &[Subject],
+    folder: &Path,
+    format: FigureFormat,
+) -> Result<(Vec<PathBuf>, Vec<Missing>), Failure> {
+    let (mut written, mut missing) = (Vec::new(), Vec::new());
+    for figure in figures() {
+        let of = |variant: &String| subjects.iter().find(|subject| is(subject, &figure.scenario, variant));
+        let found: Vec<Option<&Subject>> = figure.variants.iter().map(of).collect();
+        let runs: Vec<&Subject> = found.iter().copied().flatten().collect();
+        if runs.is_empty() {
+            continue;
+        }
+        if runs.len() < found.len() {
+            let absent = figure.variants.iter().zip(&found).filter(|(_, subject)| subject.is_none());
+            missing.push(Missing {
+                number: figure.number.clone(),
+                scenario: figure.scenario.clone(),
+                variants: absent.map(|(variant, _)| variant.clone()).collect(),
+            });
+            continue;
+        }
+        let scene = draw(figure, &runs)
+            .map_err(|why| Failure::Usage(format!("figure {} cannot be drawn: {why}", figure.number)))?;
+        written.push(store(folder, &figure.file_name(), scene, format)?);
+    }
+    Ok((written, missing))
+}
+
+/// Whether this is a run of the variant of the scenario.
+fn is(subject: &Subject, scenario: &str, variant: &str) -> bool {
+    subject.scenario.as_ref().is_some_and(|own| own.name == scenario && own.variant == variant)
+}
+
+fn draw(figure: &Figure, runs: &[&Subject]) -> Result<Scene, String> {
+    match figure.kind {
+        Kind::Trajectories => trajectories::draw(runs[0]).ok_or("there are no positions".into()),
+        Kind::Lines | Kind::Bands => Drawing::new(figure, runs)?.draw(),
+    }
+}
+
+/// A run with what its signals mean.
+struct Source<'a> {
+    subject: &'a Subject,
+    assembly: Assembly,
+    variant: &'a str,
+    grid: Grid,
+    /// Samples that the figure shows.
+    samples: usize,
+}
+
+struct Drawing<'a> {
+    figure: &'a Figure,
+    sources: Vec<Source<'a>>,
+    span: [f64; 2],
+}
+
+impl<'a> Drawing<'a> {
+    fn new(figure: &'a Figure, runs: &[&'a Subject]) -> Result<Self, String> {
+        let source = |(subject, variant): (&&'a Subject, &'a String)| {
+            let scenario = subject.scenario.clone().ok_or("the log holds no scenario")?;
+            let assembly = Assembly::new(scenario, &ROLES).map_err(|_| "the scenario of the log is not valid")?;
+            let shown = |sample: &usize| figure.until.is_none_or(|end| subject.time(*sample) <= end + 1e-9);
+            let samples = (0..subject.samples()).take_while(shown).count();
+            Ok::<_, String>(Source { subject, assembly, variant, grid: Grid::new(samples, POINTS), samples })
+        };
+        let sources = runs.iter().zip(&figure.variants).map(source).collect::<Result<Vec<_>, _>>()?;
+        let ends = sources.iter().map(|source| source.subject.time(source.samples - 1));
+        let span = [0.0, ends.fold(0.0, f64::max)];
+        Ok(Self { figure, sources, span })
+    }
+
+    fn draw(&self) -> Result<Scene, String> {
+        let subject = self.sources[0].subject;
+        let legend = if self.compares() {
+            let entry = |(index, source): (usize, &Source)| Entry {
+                name: source.variant.into(),
+                colour: style::colour(Some(index)),
+                dashes: style::dashes(Some(index)),
+            };
+            self.sources.iter().enumerate().map(entry).collect()
+        } else if self.figure.plots.iter().all(|plot| plot.across == Across::Each && plot.agents.is_none()) {
+            style::agents(subject)
+        } else {
+            Vec::new()
+        };
+        if self.figure.kind == Kind::Bands {
+            return Ok(sheet::draw(vec![vec![self.bands()?]], self.span, WIDTH, &[]));
+        }
+        // Agents that are compared one by one take a row each.
+        let apart = self.compares() && self.figure.plots.iter().all(|plot| plot.is_of_agents());
+        if apart {
+            let row = |place| self.figure.plots.iter().map(|plot| self.of_agent(plot, place)).collect();
+            let rows = (0..subject.agents.len()).map(row).collect::<Result<Vec<_>, String>>()?;
+            let width = if self.figure.plots.len() > 1 { WIDE } else { WIDTH };
+            return Ok(sheet::draw(rows, self.span, width, &legend));
+        }
+        let rows = self.figure.plots.iter().map(|plot| Ok(vec![self.of_all(plot)?]));
+        Ok(sheet::draw(rows.collect::<Result<Vec<_>, String>>()?, self.span, WIDTH, &legend))
+    }
+
+    fn compares(&self) -> bool {
+        self.sources.len() > 1
+    }
+
+    fn line(&self, source: &Source, values: &[f64], style: Option<usize>) -> Line {
+        let times = source.grid.points().iter().map(|&sample| source.subject.time(sample));
+        Line {
+            points: times.zip(source.grid.curve(|sample| values[sample])).collect(),
+            colour: style::colour(style),
+            dashes: style.map_or(LineStyle::Solid, |style| style::dashes(Some(style))),
+            cut_off: false,
+        }
+    }
+
+    /// What a plot shows of a run: one history, or one for each agent.
+    fn values(&self, plot: &Quantity, source: &Source) -> Result<Vec<(usize, Vec<f64>)>, String> {
+        let mut all = histories(plot, source.variant, &source.assembly, &source.subject.log)?;
+        if plot.integral {
+            let dt = source.assembly.scenario.context.timing.dt;
+            all.iter_mut().for_each(|(_, values)| integrated(values, dt));
+        }
+        Ok(all)
+    }
+
+    fn limits(&self, plot: &Quantity) -> Vec<f64> {
+        let context = &self.sources[0].assembly.scenario.context;
+        match (context.input_limit.filter(|_| plot.limit), plot.pair) {
+            (Some(limit), _) => vec![limit, -limit],
+            (None, Some(pair)) => {
+                vec![pair.map(|number| self.sources[0].subject.radius(number - 1).unwrap_or(0.0)).iter().sum()]
+            }
+            (None, None) => Vec::new(),
+        }
+    }
+
+    /// All agents, or what they are together.
+    fn of_all(&self, plot: &Quantity) -> Result<Plot, String> {
+        let mut lines = Vec::new();
+        for (index, source) in self.sources.iter().enumerate() {
+            if plot.without.iter().any(|variant| variant == source.variant) {
+                continue;
+            }
+            for (agent, values) in self.values(plot, source)? {
+                let style = match (self.compares(), plot.is_of_agents()) {
+                    (true, _) => Some(index),
+                    (false, true) => Some(agent),
+                    (false, false) => None,
+                };
+                lines.push(self.line(source, &values, style));
+            }
+        }
+        let (title, label, logarithmic) = (plot.title.clone(), plot.label.clone(), plot.log);
+        Ok(Plot { title, label, logarithmic, lines, limits: self.limits(plot), ..Plot::default() })
+    }
+
+    /// One agent in all runs.
+    fn of_agent(&self, plot: &Quantity, place: usize) -> Result<Plot, String> {
+        let mut lines = Vec::new();
+        for (index, source) in self.sources.iter().enumerate() {
+            let all = self.values(plot, source)?;
+            let own = all.into_iter().filter(|(agent, _)| *agent == place);
+            lines.extend(own.map(|(_, values)| self.line(source, &values, Some(index))));
+        }
+        let label = self.sources[0].subject.agent_name(place);
+        let title = if place == 0 { plot.title.clone() } else { String::new() };
+        Ok(Plot { title, label, logarithmic: plot.log, lines, limits: self.limits(plot), ..Plot::default() })
+    }
+
+    /// A row for every agent, thick while its value is not 0.
+    fn bands(&self) -> Result<Plot, String> {
+        let source = &self.sources[0];
+        let mut lines = Vec::new();
+        for plot in &self.figure.plots {
+            for (agent, values) in self.values(plot, source)? {
+                // The lower an agent's number, the higher its row; up is on.
+                let base = -(agent as f64 + 1.0);
+                let raised: Vec<f64> =
+                    values.iter().map(|value| base + if *value == 0.0 { 0.0 } else { 0.7 }).collect();
+                lines.push(self.line(source, &raised, None));
+            }
+        }
+        Ok(Plot { label: "agent".into(), rows: source.subject.agents.clone(), lines, ..Plot::default() })
+    }
+}

@@ -1,0 +1,50 @@
+//! The catalogue of figures against the scenarios.
+
+use formation::scenario::Selection;
+use formation::wiring::Assembly;
+
+use super::catalog::{Kind, figures};
+use super::curves::integrated;
+use crate::catalog::{ROLES, SCENARIOS};
+use crate::judge::assertions::check;
+
+fn assembly(scenario: &str, variant: &str) -> Assembly {
+    let shipped = SCENARIOS.iter().find(|shipped| shipped.name == scenario).expect("a scenario that is shipped");
+    let selection = Selection { variant: Some(variant.into()), overrides: Vec::new() };
+    Assembly::load(shipped.file, shipped.text, &selection, &ROLES).expect("a valid variant")
+}
+
+#[test]
+fn every_figure_shows_what_its_variants_have() {
+    for figure in figures() {
+        let number = &figure.number;
+        assert!(figure.plots.is_empty() == (figure.kind == Kind::Trajectories), "{number}");
+        for variant in &figure.variants {
+            let assembly = assembly(&figure.scenario, variant);
+            for plot in &figure.plots {
+                let shown = [plot.signal.is_some(), plot.derived.is_some(), plot.pair.is_some()];
+                assert_eq!(shown.iter().filter(|shows| **shows).count(), 1, "{number}: one thing to show");
+                let Some(signal) = plot.instead.get(variant).or(plot.signal.as_ref()) else { continue };
+                let found = check(signal, &assembly, 0);
+                assert_eq!(found.is_ok(), !plot.without.contains(variant), "{number}, {variant}: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_and_names_of_figures_are_their_own() {
+    let mut names: Vec<String> = figures().iter().map(|figure| figure.file_name()).collect();
+    assert!(names.contains(&"fig-7-03-high-level-tracking-errors".into()), "{names:?}");
+    assert!(names.is_sorted(), "the figures are in the order of the thesis: {names:?}");
+    let all = names.len();
+    names.dedup_by_key(|name| name[..8].to_string());
+    assert_eq!(names.len(), all);
+}
+
+#[test]
+fn integrals_grow_by_trapezia() {
+    let mut values = [1.0, 3.0, 3.0];
+    integrated(&mut values, 0.5);
+    assert_eq!(values, [0.0, 1.0, 2.5]);
+}

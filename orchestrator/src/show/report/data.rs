@@ -1,0 +1,162 @@
+//! What the report knows, as JSON; long lists of numbers as base64 of little-endian 32-bit floats.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+
+use crate::judge::assertions::Finding;
+use crate::judge::verdict::Row;
+use crate::show::view::{Curve, Grid, Kind, Panel, Subject, View, links, panels};
+
+/// All runs, each curve with at most `points` points.
+pub(super) fn runs(subjects: &[Subject], points: usize) -> Value {
+    let names = names(subjects);
+    let runs: Vec<Value> = subjects.iter().zip(names).map(|(subject, name)| run(subject, &name, points)).collect();
+    json!({ "version": env!("CARGO_PKG_VERSION"), "runs": runs })
+}
+
+pub(super) fn packed(values: impl IntoIterator<Item = f64>) -> Value {
+    let bytes: Vec<u8> = values.into_iter().flat_map(|value| (value as f32).to_le_bytes()).collect();
+    STANDARD.encode(bytes).into()
+}
+
+/// Names that tell the runs apart: by variant and overrides if these differ, else by file.
+fn names(subjects: &[Subject]) -> Vec<String> {
+    let meta = |subject: &Subject, key: &str| {
+        subject.log.metadata().and_then(|metadata| metadata.get(key)).cloned().unwrap_or_default()
+    };
+    let scenarios: Vec<String> = subjects.iter().map(|subject| meta(subject, "scenario")).collect();
+    let same_scenario = scenarios.iter().all(|name| *name == scenarios[0]);
+    let describe = |subject: &Subject| {
+        let mut parts = vec![meta(subject, "variant")];
+        if !same_scenario {
+            parts.insert(0, meta(subject, "scenario"));
+        }
+        parts.extend(meta(subject, "overrides").lines().map(String::from));
+        parts.retain(|part| !part.is_empty());
+        parts.join(" ")
+    };
+    let names: Vec<String> = subjects.iter().map(describe).collect();
+    let unique = names.iter().enumerate().all(|(k, name)| !name.is_empty() && !names[..k].contains(name));
+    if unique { names } else { subjects.iter().map(Subject::stem).collect() }
+}
+
+fn run(subject: &Subject, name: &str, points: usize) -> Value {
+    let grid = Grid::new(subject.samples(), points);
+    let metadata = subject.log.metadata();
+    let text = |key: &str| metadata.and_then(|metadata| metadata.get(key)).map(String::as_str).unwrap_or_default();
+    let scenario = subject.scenario.as_ref();
+    let overrides: Vec<&str> = text("overrides").lines().filter(|line| !line.is_empty()).collect();
+    let channels: Vec<Value> = subject
+        .log
+        .channels()
+        .iter()
+        .filter_map(|channel| {
+            let fields = channel.layout.as_ref()?.fields();
+            let fields: Vec<Value> = fields.iter().map(|f| json!([f.name, f.shape.words(), f.unit])).collect();
+            Some(json!({ "topic": channel.topic, "fields": fields }))
+        })
+        .collect();
+    json!({
+        "name": name,
+        "file": subject.log.path().file_name().unwrap_or_default().to_string_lossy(),
+        "scenario": text("scenario"),
+        "title": scenario.map(|scenario| scenario.title.as_str()).unwrap_or_default(),
+        "thesis": scenario.map(|scenario| scenario.thesis.as_str()).unwrap_or_default(),
+        "variant": text("variant"),
+        "overrides": overrides,
+        "caveats": subject.caveats,
+        "samples": subject.samples(),
+        "dt": scenario.map(|scenario| scenario.context.timing.dt),
+        "interval": grid.interval(),
+        "metrics": subject.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
+        "assertions": subject.findings.0.iter().map(assertion).collect::<Vec<_>>(),
+        "text": subject.log.scenario_text(),
+        "channels": channels,
+        "time": packed(grid.points().iter().map(|&sample| subject.time(sample))),
+        "scene": scene(subject, &grid),
+        "panels": panels(subject, &grid).iter().map(panel).collect::<Vec<_>>(),
+    })
+}
+
+fn metric(row: &Row) -> Value {
+    let number = |value: f64| value.is_finite().then_some(value);
+    json!({
+        "id": row.id,
+        "value": number(row.value),
+        "thesis": row.expectation.thesis,
+        "low": row.expectation.low.and_then(number),
+        "high": row.expectation.high.and_then(number),
+        "ok": row.ok,
+    })
+}
+
+fn assertion(finding: &Finding) -> Value {
+    json!({
+        "name": finding.name,
+        "signal": finding.signal,
+        "bound": finding.bound(),
+        "worst": finding.worst(),
+        "word": finding.word(),
+        "ok": finding.ok(),
+        "fails": finding.fails(),
+    })
+}
+
+/// What moves, and where.
+fn scene(subject: &Subject, grid: &Grid) -> Value {
+    let agents: Vec<Value> = (0..subject.agents.len())
+        .map(|place| {
+            let path = |role: &str, field: &str| {
+                let series = subject.signal(place, role, field)?;
+                let values = grid.points().iter().flat_map(|&sample| series.row(sample)).copied();
+                Some(json!({ "width": series.width(), "values": packed(values) }))
+            };
+            json!({
+                "number": subject.agents[place],
+                "radius": subject.radius(place),
+                "position": path("state", "position"),
+                "tracked": path("reference", "position"),
+                "desired": path("reference", "desired_position"),
+            })
+        })
+        .collect();
+    let obstacles: Vec<Value> = subject
+        .obstacles()
+        .iter()
+        .map(|obstacle| json!({ "centre": obstacle.centre, "radius": obstacle.radius, "rings": obstacle.rings }))
+        .collect();
+    let links: Vec<Value> = links(subject)
+        .into_iter()
+        .map(|link| {
+            let spans = packed(link.spans.into_iter().flatten());
+            json!({ "from": link.from, "to": link.to, "spans": spans })
+        })
+        .collect();
+    json!({ "planar": subject.is_planar(), "agents": agents, "obstacles": obstacles, "links": links })
+}
+
+fn panel(panel: &Panel) -> Value {
+    let kind = match panel.kind {
+        Kind::Lines => "lines",
+        Kind::Bands => "bands",
+    };
+    let views: Vec<Value> = panel.views.iter().map(view).collect();
+    json!({ "id": panel.id, "title": panel.title, "kind": kind, "views": views })
+}
+
+fn view(view: &View) -> Value {
+    let curve = |curve: &Curve| {
+        let values = packed(curve.values.iter().copied());
+        json!({ "label": curve.label, "agent": curve.agent, "second": curve.second, "values": values })
+    };
+    let limits: Vec<Value> = view.limits.iter().map(|limit| json!([limit.label, limit.value])).collect();
+    json!({
+        "name": view.name,
+        "axis": view.axis,
+        "unit": view.unit,
+        "logarithmic": view.logarithmic,
+        "curves": view.curves.iter().map(curve).collect::<Vec<_>>(),
+        "limits": limits,
+    })
+}

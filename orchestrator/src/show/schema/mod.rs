@@ -1,0 +1,123 @@
+//! What a scenario file may contain, for editors and for the documentation: both come from the types that read the file.
+
+mod document;
+mod page;
+mod relax;
+
+use formation::scenario::{SECTIONS, sections};
+use formation::wiring::{Kind, Role};
+use schemars::SchemaGenerator;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+use crate::catalog::ROLES;
+use crate::judge::claims::Claims;
+use crate::judge::metrics::SETS;
+use document::tidy;
+pub use page::page;
+use relax::relax;
+
+/// The JSON Schema (draft 7, which all editors read) of scenario files.
+pub fn schema() -> Value {
+    let mut properties = properties();
+    let relaxed: Map<String, Value> = properties.iter().map(|(name, schema)| (name.clone(), relax(schema))).collect();
+    properties.insert(
+        "variants".into(),
+        json!({
+            "type": "object",
+            "description": "Tables that are laid over the file, by the name of the variant.",
+            "additionalProperties": { "type": "object", "properties": relaxed, "additionalProperties": false },
+        }),
+    );
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Phalanx scenario",
+        "type": "object",
+        "required": ["name", "agents", "timing", "vehicle", "topology", "reference", "plant", "planner", "controller"],
+        "properties": properties,
+        "additionalProperties": false,
+    })
+}
+
+/// Every key of a scenario file but `variants`, in their order.
+fn properties() -> Map<String, Value> {
+    let mut generator = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
+    let mut known = sections(&mut generator);
+    let mut properties = Map::new();
+    for name in SECTIONS.iter().filter(|name| **name != "variants") {
+        let schema = match (Role::ALL.into_iter().find(|role| role.name() == *name), *name) {
+            (Some(role), _) => section(role, &mut generator),
+            (None, "claims") => json!({
+                "type": "array",
+                "items": Claims::schema(&mut generator),
+                "description": "What must hold between the variants.",
+            }),
+            (None, "metrics") => {
+                let names: Vec<&str> = SETS.iter().map(|set| set.name).collect();
+                json!({ "enum": names, "description": "The set of metrics that is computed at the end." })
+            }
+            _ => known.remove(name).map(Value::from).unwrap_or_default(),
+        };
+        properties.insert((*name).into(), tidy(schema));
+    }
+    properties
+}
+
+/// The section of a role: the parameters of one of its components, and how often it runs.
+fn section(role: Role, generator: &mut SchemaGenerator) -> Value {
+    let mut kinds: Vec<Value> = ROLES.of(role).iter().map(|kind| component(role, kind, generator)).collect();
+    if role == Role::Observer {
+        kinds.push(json!({
+            "type": "object",
+            "title": "none",
+            "description": "No observer: so a variant drops the one of its file.",
+            "properties": { "kind": { "const": "none" } },
+            "required": ["kind"],
+        }));
+    }
+    json!({ "type": "object", "oneOf": kinds })
+}
+
+/// A component: its parameters, its name, and the keys that every section of a role may have.
+fn component(role: Role, kind: &Kind, generator: &mut SchemaGenerator) -> Value {
+    let parameters = Value::from((kind.schema)(generator));
+    let mut properties = Map::from_iter([("kind".to_string(), json!({ "const": kind.name }))]);
+    properties.extend(parameters["properties"].as_object().cloned().unwrap_or_default());
+    let steps = |least: u64, what: &str| json!({ "type": "integer", "minimum": least, "maximum": 1_000_000, "default": least, "description": what });
+    properties
+        .insert("every".into(), steps(1, "The role runs at every so many steps; in between, its last sample stands."));
+    properties.insert("offset".into(), steps(0, "The first step at which the role runs."));
+    if role == Role::Plant {
+        let what = "Makes the plant of every agent a process of its own.";
+        properties.insert("per_agent".into(), json!({ "type": "boolean", "default": false, "description": what }));
+    }
+    let mut required = vec![json!("kind")];
+    required.extend(parameters["required"].as_array().cloned().unwrap_or_default());
+    json!({
+        "type": "object",
+        "title": kind.name,
+        "description": kind.summary,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+/// Holds a page of the documentation that is made by this program against what it makes now. With `PHALANX_WRITE_PAGES` set,
+/// writes it instead.
+#[cfg(test)]
+pub(crate) fn compare_page(name: &str, made: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
+    if std::env::var_os("PHALANX_WRITE_PAGES").is_some() {
+        std::fs::write(&path, made).expect("a page");
+    }
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
+    let differs = made.lines().zip(found.lines()).find(|(made, found)| made != found);
+    assert!(
+        found == made,
+        "docs/{name} is out of date, first here: {differs:?}; PHALANX_WRITE_PAGES=1 cargo test --release -p orchestrator --lib page"
+    );
+}
+
+#[cfg(test)]
+mod tests;

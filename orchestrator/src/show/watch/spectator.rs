@@ -1,0 +1,126 @@
+//! What has been seen of a run.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use formation::scenario::Selection;
+use formation::wiring::{Assembly, SCENARIO_FILE};
+use lockstep::{ChannelId, LookError, Onlooker, RunDirectory};
+
+use crate::catalog::ROLES;
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::show::view::{Grid, Subject, panels};
+
+/// Steps that are remembered, if a step has few numbers.
+const MOST_STEPS: usize = 3000;
+/// Steps that are remembered at least.
+const LEAST_STEPS: usize = 200;
+/// Numbers that are remembered.
+const MOST_NUMBERS: usize = 2_000_000;
+
+/// What has been seen of a run so far, thinned out; shared with the thread that hands out pages.
+pub(crate) type History = Arc<Mutex<Subject>>;
+
+/// Somebody who looks at a run.
+pub(crate) struct Spectator {
+    onlooker: Onlooker,
+    /// Length of the run, s.
+    pub(crate) duration: f64,
+    period_ns: u64,
+    /// The step that was seen last.
+    newest: Option<u64>,
+    /// That step alone.
+    now: Subject,
+    history: History,
+    /// Steps that the history may hold.
+    limit: usize,
+}
+
+impl Spectator {
+    /// Joins a run whose participants are processes.
+    ///
+    /// # Errors
+    /// [`Failure`] if it is over or has no channels that can be looked at from outside.
+    pub(crate) fn join(run: &str) -> Result<Self, Failure> {
+        let path = RunDirectory::path_of(run).join(SCENARIO_FILE);
+        let text = std::fs::read_to_string(&path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => Failure::Usage(format!("the run {run} is over")),
+            _ => Failure::system(format!("read {}", path.display()))(error),
+        })?;
+        let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES)?;
+        let (scenario, network) = (assembly.scenario, assembly.network);
+        let metadata: BTreeMap<String, String> =
+            [("scenario", &scenario.name), ("variant", &scenario.variant)].map(|(k, v)| (k.into(), v.clone())).into();
+        let empty = Log::live(run, &network, text, metadata);
+        let onlooker = Onlooker::join(run, network).map_err(|error| match error {
+            LookError::Over(run) => Failure::Usage(format!("the run {run} is over")),
+            LookError::Directory(error) => error.into(),
+            LookError::Service(error) => {
+                Failure::Usage(format!("nobody can look at the run {run}: {error}; do too many watch it already?"))
+            }
+        })?;
+        let timing = scenario.context.timing;
+        Ok(Self {
+            onlooker,
+            duration: timing.duration,
+            period_ns: timing.period_ns(),
+            newest: None,
+            limit: (MOST_NUMBERS / empty.width().max(1)).clamp(LEAST_STEPS, MOST_STEPS),
+            now: Subject::growing(empty.clone(), scenario.clone()),
+            history: Arc::new(Mutex::new(Subject::growing(empty, scenario))),
+        })
+    }
+
+    /// Whether the run has ended. What it did last can still be looked at.
+    pub(crate) fn is_over(&self) -> bool {
+        self.onlooker.is_over()
+    }
+
+    /// Looks at the run; whether there was anything new.
+    pub(crate) fn look(&mut self) -> bool {
+        let Some(step) = self.onlooker.look().filter(|step| self.newest.is_none_or(|newest| *step > newest)) else {
+            return false;
+        };
+        self.newest = Some(step);
+        let onlooker = &self.onlooker;
+        let samples = || (0..onlooker.network().channels.len()).map(move |channel| onlooker.sample(ChannelId(channel)));
+        self.now.log.clear();
+        self.now.log.push(step * self.period_ns, samples());
+        let mut history = lock(&self.history);
+        if history.samples() >= self.limit {
+            history.log.thin();
+        }
+        history.log.push(step * self.period_ns, samples());
+        true
+    }
+
+    /// The step that was seen last.
+    pub(crate) fn newest(&self) -> Option<u64> {
+        self.newest
+    }
+
+    /// The step that was seen last, with nothing before it; `None` if none was.
+    pub(crate) fn now(&self) -> Option<&Subject> {
+        self.newest.map(|_| &self.now)
+    }
+
+    /// All that is remembered.
+    pub(crate) fn history(&self) -> History {
+        self.history.clone()
+    }
+
+    /// The tracking error of each agent now, and its unit; none if the scenario has no such thing.
+    pub(crate) fn errors(&self) -> (Vec<f64>, String) {
+        let first = self.now().and_then(|now| panels(now, &Grid::new(1, 2)).into_iter().next());
+        let view = first.filter(|panel| panel.id == "tracking-errors").and_then(|panel| panel.views.into_iter().next());
+        view.map_or_else(Default::default, |view| {
+            (view.curves.iter().filter_map(|curve| curve.values.first().copied()).collect(), view.unit)
+        })
+    }
+}
+
+/// A panic elsewhere leaves nothing half-done.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

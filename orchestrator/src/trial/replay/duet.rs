@@ -1,0 +1,98 @@
+//! One participant with the recording of all others.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use formation::wiring::{Assembly, SCENARIO_FILE};
+use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, WorkerPlan, pin_to_core};
+
+use crate::failure::Failure;
+use crate::run::control::Stop;
+use crate::run::robots::{place_hands, with_hands};
+use crate::run::swap::{Swap, own_program, recording_command};
+
+/// Name of the process that plays the others.
+const OTHERS: &str = "recording";
+
+/// What a participant is to be run against, and how.
+#[derive(Clone, Copy)]
+pub struct Setup<'a> {
+    /// The scenario.
+    pub assembly: &'a Assembly,
+    /// Its network, or one that is taken for it.
+    pub network: &'a Network,
+    /// The log that the others are played from.
+    pub log: &'a Path,
+    /// Number of the node that is not played.
+    pub only: usize,
+    /// The robot that is this node, if one is.
+    pub robot: Option<&'a Swap>,
+    /// What the others are to be multiplied by, for inputs out of all bounds; 1 leaves them as recorded.
+    pub factor: f64,
+    /// How the processes are treated.
+    pub settings: Settings,
+    /// How long they may take to connect.
+    pub start_timeout: Duration,
+    /// How many of its last runs each process keeps for a trace.
+    pub traced: u32,
+    /// The core of all processes; `None`: the operating system decides.
+    pub core: Option<usize>,
+}
+
+/// A participant, a process that plays all others, and their conductor, ready for the first step.
+pub struct Duet {
+    /// Beats the time.
+    pub conductor: Conductor,
+    /// Number of the worker that hosts the participant.
+    pub worker: usize,
+}
+
+impl Duet {
+    /// Starts the participant, by the command that `command` gives for a run in a directory, and the others.
+    ///
+    /// # Errors
+    /// [`Failure::Run`] if a process cannot be started or does not connect, [`Failure::System`], and those of `command`.
+    pub fn start(
+        setup: &Setup,
+        command: impl FnOnce(&Path) -> Result<Command, Failure>,
+        stop: &Stop,
+    ) -> Result<Self, Failure> {
+        let mut duet = Self::prepare(setup)?;
+        let command = command(duet.conductor.directory().path())?;
+        stop.attach(duet.conductor.interrupt());
+        let others = recording_command(&own_program()?, setup.log, setup.factor);
+        duet.conductor.spawn(1 - duet.worker, others, setup.core)?;
+        duet.conductor.spawn(duet.worker, command, setup.core)?;
+        duet.conductor.wait_ready(setup.start_timeout)?;
+        if let Some(core) = setup.core {
+            pin_to_core(core).map_err(Failure::system("pin to a core"))?;
+        }
+        Ok(duet)
+    }
+
+    /// The run directory with all that processes need, and nobody started yet.
+    ///
+    /// # Errors
+    /// As those of [`Duet::start`].
+    pub fn prepare(setup: &Setup) -> Result<Self, Failure> {
+        let scenario = &setup.assembly.scenario;
+        let robots = setup.robot.map(std::slice::from_ref).unwrap_or_default();
+        let network = with_hands(setup.network, robots);
+        let timing = scenario.context.timing;
+        let others = (0..setup.network.nodes.len()).filter(|&node| node != setup.only).collect();
+        let mut workers = vec![
+            WorkerPlan { name: network.nodes[setup.only].name.clone(), nodes: vec![setup.only] },
+            WorkerPlan { name: OTHERS.into(), nodes: others },
+        ];
+        place_hands(&network, &mut workers, robots);
+        let plan = Plan::new(&scenario.name, network, timing.period_ns(), timing.periods() + 1, workers);
+        let mut plan = plan.map_err(RunError::from)?;
+        plan.traced = setup.traced;
+        RunDirectory::sweep()?;
+        let directory = RunDirectory::create(&scenario.name)?;
+        let path = directory.path().join(SCENARIO_FILE);
+        std::fs::write(&path, scenario.to_toml()).map_err(Failure::system(format!("write {}", path.display())))?;
+        Ok(Self { conductor: Conductor::new(directory, plan, setup.settings)?, worker: 0 })
+    }
+}

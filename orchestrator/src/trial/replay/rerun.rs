@@ -1,0 +1,79 @@
+//! One participant of a recorded run, once more.
+
+use std::path::Path;
+use std::process::Command;
+
+use lockstep::RunError;
+
+use super::duet::{Duet, Setup};
+use super::{Departures, Tape};
+use crate::failure::Failure;
+use crate::log::{Recorder, Summary};
+use crate::run::control::{Pace, Stop};
+use crate::run::recording::{create_log, header};
+use crate::run::swap::{RobotSwap, Swap};
+
+/// What came of it.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How the participant departs from the recording.
+    pub departures: Departures,
+    /// The log of the new run, if there is one.
+    pub log: Option<Summary>,
+    /// Why it ended before the recording did.
+    pub stopped: Option<RunError>,
+}
+
+/// Runs the participant of `setup`, started by what `command` gives for a run in a directory, against the recording of the
+/// others, and compares what it publishes. With a robot for which time passes by itself, steps keep pace with the clock.
+///
+/// The new run is recorded into `out`, if given. Numbers within `tolerance` (see [`Departures::new`]) count as equal.
+///
+/// # Errors
+/// [`Failure`] if the processes cannot be started, or a log cannot be read or written.
+pub fn rerun(
+    setup: &Setup,
+    command: impl FnOnce(&Path) -> Result<Command, Failure>,
+    tolerance: f64,
+    out: Option<&Path>,
+    stop: &Stop,
+) -> Result<Outcome, Failure> {
+    let assembly = setup.assembly;
+    let (network, timing) = (setup.network, assembly.scenario.context.timing);
+    let mut tape = Tape::open(setup.log, &assembly.scenario, network, &[setup.only])?;
+    let mut recorder = out.map(|path| create_log(path, assembly, network)).transpose()?;
+    let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
+    let is_free = setup.robot.and_then(Swap::robot).is_some_and(RobotSwap::is_free);
+    let mut pace = is_free.then(|| Pace::new(timing.dt, 1.0));
+    if is_free {
+        conductor.set_ahead(0);
+    }
+    let mut departures = Departures::new(network, tolerance, timing.dt);
+    let mut stopped = None;
+    for step in 0..=timing.periods() {
+        if !tape.wind(step)? {
+            break;
+        }
+        if let Some(pace) = &mut pace {
+            if step == 0 {
+                pace.restart(step);
+            }
+            pace.wait(step, stop);
+        }
+        let next = if stop.is_requested() { Err(RunError::Interrupted { step }) } else { conductor.step() };
+        if let Err(error) = next {
+            stopped = Some(error);
+            break;
+        }
+        let store = conductor.store();
+        for &channel in &network.nodes[setup.only].outputs {
+            departures.compare(network, channel, step, tape.words(channel), store.read(channel, step));
+        }
+        if let Some(recorder) = &mut recorder {
+            recorder.record(step, store, |channel| header(network, timing.period_ns(), store, channel, step))?;
+        }
+    }
+    conductor.finish()?;
+    let log = recorder.map(Recorder::finish).transpose()?;
+    Ok(Outcome { departures, log, stopped })
+}

@@ -1,0 +1,141 @@
+//! The files of a project.
+
+use std::path::{Path, PathBuf};
+
+use formation::wiring::{Assembly, Role};
+
+use super::signals::{Signal, Signals};
+use super::{cpp, fill, python, rust};
+use crate::failure::Failure;
+
+/// What a project is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Language {
+    /// With Cargo
+    Rust,
+    /// C++17, with CMake
+    Cpp,
+    /// With the package `phalanx`
+    Python,
+}
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// Name of the project, and of its folder.
+    pub name: String,
+    /// What it is to serve as.
+    pub role: Role,
+    /// What it is written in.
+    pub language: Language,
+    /// What the user calls the scenario, with options.
+    pub scenario: String,
+    /// The checkout of this program's source.
+    pub phalanx: PathBuf,
+}
+
+/// A file that is to be written.
+pub(super) struct File {
+    path: &'static str,
+    text: String,
+}
+
+impl File {
+    pub(super) fn new(path: &'static str, text: String) -> Self {
+        Self { path, text }
+    }
+}
+
+/// Writes the project into a new folder of its name, and returns what to do next, in words.
+///
+/// # Errors
+/// [`Failure::Usage`] if the name is not one, the folder exists, the checkout is none, or the scenario has no such participant;
+/// [`Failure::System`] if a file cannot be written.
+pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
+    let Order { name, role, .. } = order;
+    let letters = name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-');
+    if !letters || !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+        return Err(Failure::Usage(format!("{name}: a name consists of a-z, 0-9, _ and -, and starts with a letter")));
+    }
+    let folder = Path::new(name);
+    if folder.exists() {
+        return Err(Failure::Usage(format!("{name} exists already; choose another name")));
+    }
+    let needed = match order.language {
+        Language::Rust => "lockstep/Cargo.toml",
+        Language::Cpp => "capi/include/phalanx.hpp",
+        Language::Python => "python/pyproject.toml",
+    };
+    let phalanx = std::path::absolute(&order.phalanx).map_err(Failure::system("find the current folder"))?;
+    if !phalanx.join(needed).is_file() {
+        return Err(Failure::Usage(format!(
+            "{} is no checkout of Phalanx: it has no {needed}; name one with --phalanx",
+            phalanx.display()
+        )));
+    }
+    let phalanx = phalanx.display().to_string();
+    let signals = Signals::of(assembly, *role).map_err(Failure::Usage)?;
+    let scenario = &order.scenario;
+    let article = if role.name() == "observer" { "An" } else { "A" };
+    let title = format!(
+        "{article} {role} for the scenario {scenario}, in the place of {}.",
+        signals.node.replacen('_', ".", 1)
+    );
+    let (files, build, command) = match order.language {
+        Language::Rust => {
+            let files = rust::files(order, &signals, &title, &phalanx);
+            (files, "cargo build --release".to_string(), format!("./target/release/{name}"))
+        }
+        Language::Cpp => {
+            let build = "cmake -B build && cmake --build build".to_string();
+            (cpp::files(order, &signals, &title, &phalanx), build, format!("./build/{name}"))
+        }
+        Language::Python => {
+            (python::files(&signals, &title), format!("pip install {phalanx}/python"), "python3 main.py".to_string())
+        }
+    };
+    let lock = std::fs::read_to_string(Path::new(&phalanx).join("Cargo.lock")).ok();
+    // The versions of all packages that Phalanx was tried with.
+    let lock = lock.filter(|_| order.language == Language::Rust).map(|text| File::new("Cargo.lock", text));
+    let readme = readme(order, &signals, &title, &build, &command);
+    for file in files.iter().chain(&lock).chain([&File::new("README.md", readme)]) {
+        let path = folder.join(file.path);
+        let parent = path.parent().unwrap_or(folder);
+        let failed = || Failure::system(format!("write {}", path.display()));
+        std::fs::create_dir_all(parent).map_err(failed())?;
+        std::fs::write(&path, &file.text).map_err(failed())?;
+    }
+    let node = signals.node.replacen('_', ".", 1);
+    Ok(format!(
+        "{name} is there. Next:\n    cd {name}\n    {build}\n    phalanx conform {node} --scenario {scenario} -- {command}"
+    ))
+}
+
+fn readme(order: &Order, signals: &Signals, title: &str, build: &str, command: &str) -> String {
+    let row = |signal: &Signal, is_input: bool| {
+        let of = if is_input { format!(" of the {}", signal.role) } else { String::new() };
+        format!("| `{}`{of} | {} | {} |", signal.name, signal.length, signal.unit)
+    };
+    let rows = |signals: &[Signal], is_input: bool| {
+        signals.iter().map(|signal| row(signal, is_input)).collect::<Vec<_>>().join("\n")
+    };
+    let others = match signals.others.as_slice() {
+        [] => String::new(),
+        topics => format!("\nIt may read these, too: {}.\n", topics.join(", ")),
+    };
+    fill(
+        include_str!("../../../templates/README.md.txt"),
+        &[
+            ("name", order.name.clone()),
+            ("title", title.into()),
+            ("build", build.into()),
+            ("node", signals.node.replacen('_', ".", 1)),
+            ("options", format!("--scenario {} ", order.scenario)),
+            ("scenario", order.scenario.clone()),
+            ("command", command.into()),
+            ("inputs", rows(&signals.inputs, true)),
+            ("outputs", rows(&signals.outputs, false)),
+            ("others", others),
+        ],
+    )
+}
