@@ -142,10 +142,8 @@ pub(crate) fn uav(steps: u64) -> Result<f64, Box<dyn Error>> {
     // In a thread of its own, which the run leaves on the core that it takes.
     let outcome = in_thread(|| Ok(run(&assembly, &Options::new(Placement::Processes, Some(path.clone())), |_| {})?))?;
     std::fs::remove_file(path)?;
-    match outcome.stopped {
-        Some(error) => Err(error.into()),
-        None => Ok(outcome.wall / outcome.steps as f64),
-    }
+    outcome.ending.into_result()?;
+    Ok(outcome.wall / outcome.steps as f64)
 }
 
 /// A fast engine that computes something else is worth nothing: known results must come out.

@@ -29,7 +29,7 @@ fn digest(name: &str) -> String {
     let assembly = load(vec![format!("timing.duration={duration}")]);
     let path = std::env::temp_dir().join(format!("phalanx-digest-{}-{name}.mcap", std::process::id()));
     let outcome = run(&assembly, &Options::new(Placement::Single, Some(path.clone())), |_| {}).expect("it starts");
-    assert!(outcome.stopped.is_none(), "{name}: {:?}", outcome.stopped);
+    assert!(outcome.ending.is_whole(), "{name}: {:?}", outcome.ending);
     let digest = Log::open(&path).expect("its log").digest();
     std::fs::remove_file(path).expect("its log is removed");
     digest

@@ -93,10 +93,8 @@ impl Recorded {
         let path = std::env::temp_dir().join(format!("phalanx-conform-{}.mcap", std::process::id()));
         let recorded = Self { path: path.clone(), temporary: true };
         let outcome = run(assembly, &Options::new(Placement::Single, Some(path)), |_| {})?;
-        match outcome.stopped {
-            Some(error) => Err(error.into()),
-            None => Ok(recorded),
-        }
+        outcome.ending.into_result()?;
+        Ok(recorded)
     }
 }
 

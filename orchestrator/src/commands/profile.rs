@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use formation::wiring::Assembly;
 
-use super::run::{conclude, end_on_signals, show_profile};
+use super::run::{conclude, end_on_signals, parse_swaps, show_profile};
 use super::select::{assemble, from_log};
 use crate::cli::{ProfileArgs, ScenarioArgs};
 use crate::failure::Failure;
@@ -27,6 +27,9 @@ pub(crate) fn profile(args: &ProfileArgs) -> Result<(), Failure> {
         pin: Pin::parse(&args.pin)?,
         progress: !args.quiet,
         trace,
+        // The run that is profiled is the one that `phalanx run` carries out.
+        swaps: parse_swaps(&[], &assembly, placement, args.out.as_deref())?,
+        on_failure: assembly.scenario.on_failure.clone(),
         ..Options::new(placement, args.out.clone())
     };
     let outcome = run(&assembly, &options, end_on_signals)?;

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use formation::scenario::{FailurePolicy, OnFailure};
 use formation::wiring::Assembly;
-use lockstep::RunError;
 use serde_json::{Value, json};
 
 use super::check::{show_findings, summary_line};
@@ -77,15 +76,10 @@ fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
     Ok(Some(Verdict::of(&assembly.scenario, &log)?))
 }
 
+/// The exit code of a run with this verdict.
 pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<(), Failure> {
-    match (outcome.stopped, outcome.findings.failure()) {
-        (Some(RunError::Interrupted { step }), _) if outcome.emergency => Err(Failure::Emergency { step }),
-        (Some(RunError::Interrupted { .. }), _) => Err(Failure::Interrupted),
-        (Some(error), _) => Err(Failure::Run(error)),
-        (None, Some(violated)) => Err(Failure::Violated(violated)),
-        (None, None) if verdict.is_some_and(|verdict| !verdict.ok()) => Err(Failure::Missed),
-        (None, None) => Ok(()),
-    }
+    outcome.into_result()?;
+    if verdict.is_some_and(|verdict| !verdict.ok()) { Err(Failure::Missed) } else { Ok(()) }
 }
 
 pub(super) fn default_log(assembly: &Assembly) -> PathBuf {
@@ -94,7 +88,8 @@ pub(super) fn default_log(assembly: &Assembly) -> PathBuf {
     Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))
 }
 
-fn parse_swaps(
+/// Programs of the command line, or else of the scenario.
+pub(super) fn parse_swaps(
     texts: &[String],
     assembly: &Assembly,
     placement: Placement,
@@ -251,6 +246,6 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
                 "p99.9": pacing.quantiles[3], "max": pacing.worst,
             },
         })),
-        "ok": outcome.stopped.is_none() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
+        "ok": outcome.ending.is_whole() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
     })
 }

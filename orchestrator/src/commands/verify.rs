@@ -156,11 +156,8 @@ fn placements(assembly: &Assembly, names: &[String]) -> Result<Vec<Placement>, F
 fn record(assembly: &Assembly, options: &Options) -> Result<String, Failure> {
     let work = || std::thread::scope(|scope| scope.spawn(|| run(assembly, options, |_| {})).join());
     let outcome = work().map_err(|_| Failure::Usage("a run panicked".into()))??;
-    match (outcome.stopped, outcome.log) {
-        (Some(error), _) => Err(error.into()),
-        (None, Some(log)) => Ok(log.sha256),
-        (None, None) => Err(Failure::Usage("a run was not recorded".into())),
-    }
+    outcome.ending.into_result()?;
+    outcome.log.map(|log| log.sha256).ok_or_else(|| Failure::Usage("a run was not recorded".into()))
 }
 
 /// A temporary folder for the logs, removed at the end.

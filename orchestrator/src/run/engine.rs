@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use formation::scenario::FailurePolicy;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{
-    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, Wake, allowed_cores, pin_to_core,
+    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
 };
 
 use crate::failure::Failure;
 use crate::logging;
 use crate::run::control::Stop;
+use crate::run::options::Options;
 use crate::run::pinning::{Home, describe};
 use crate::run::placement::Placement;
 use crate::run::robots::{Robots, place_hands, with_hands};
@@ -22,27 +22,6 @@ use crate::run::urgency::Urgency;
 
 /// All processes together may take so many deadlines of a step to connect.
 const START_DEADLINES: u32 = 3;
-
-/// How participants become processes.
-#[derive(Clone, Debug)]
-pub struct Staging {
-    /// How they are spread.
-    pub placement: Placement,
-    /// Participants that are programs of the user.
-    pub swaps: Vec<Swap>,
-    /// What is done when a participant fails.
-    pub on_failure: FailurePolicy,
-    /// What is done to make the run stumble.
-    pub stress: Option<Stress>,
-    /// What they wake each other with.
-    pub wake: Wake,
-    /// How many of its last runs every process keeps for a trace.
-    pub traced: u32,
-    /// How urgent they are.
-    pub urgency: Urgency,
-    /// Folder of a file per process with what it printed.
-    pub log_dir: Option<PathBuf>,
-}
 
 /// A run that is ready for its first step.
 pub enum Engine {
@@ -118,10 +97,10 @@ impl Engine {
     /// # Errors
     /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
     /// connect.
-    pub fn start(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
-        match staging.placement {
+    pub fn start(assembly: &Assembly, options: &Options, home: Home, stop: &Stop) -> Result<Self, Failure> {
+        match options.placement {
             Placement::Single => Self::local(assembly),
-            _ => Self::processes(assembly, staging, home, stop),
+            _ => Self::processes(assembly, options, home, stop),
         }
     }
 
@@ -134,42 +113,42 @@ impl Engine {
         Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
     }
 
-    fn processes(assembly: &Assembly, staging: &Staging, home: Home, stop: &Stop) -> Result<Self, Failure> {
+    fn processes(assembly: &Assembly, options: &Options, home: Home, stop: &Stop) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
-        let mut workers = staging.placement.workers(assembly, &staging.swaps);
-        if let Some(stress) = &staging.stress {
+        let mut workers = options.placement.workers(assembly, &options.swaps);
+        if let Some(stress) = &options.stress {
             stress.shuffle(&mut workers);
         }
         let count = workers.len();
-        let network = with_hands(&assembly.network, &staging.swaps);
-        place_hands(&network, &mut workers, &staging.swaps);
+        let network = with_hands(&assembly.network, &options.swaps);
+        place_hands(&network, &mut workers, &options.swaps);
         let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
-        plan.traced = staging.traced;
+        plan.traced = options.traced_runs();
         RunDirectory::sweep()?;
-        let directory = RunDirectory::create(&staging.wake.run_name(&assembly.scenario.name))?;
+        let directory = RunDirectory::create(&options.wake.run_name(&assembly.scenario.name))?;
         let path = directory.path().join(SCENARIO_FILE);
         let text = assembly.scenario.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
         plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let settings = Settings {
-            deadline: Duration::from_secs_f64(staging.on_failure.deadline),
-            replacements: staging.on_failure.restarts + SWAPS,
-            wake: staging.wake,
+            deadline: Duration::from_secs_f64(options.on_failure.deadline),
+            replacements: options.on_failure.restarts + SWAPS,
+            wake: options.wake,
             ..Settings::default()
         };
         let mut cast = Cast {
             program,
-            swaps: staging.swaps.clone(),
+            swaps: options.swaps.clone(),
             robots: Robots::default(),
-            stress: staging.stress,
-            urgency: staging.urgency,
+            stress: options.stress,
+            urgency: options.urgency,
             core: home.core,
         };
         let mut conductor = Conductor::new(directory, plan, settings)?;
         stop.attach(conductor.interrupt());
-        if let Some(folder) = &staging.log_dir {
+        if let Some(folder) = &options.log_dir {
             conductor.keep_output(folder)?;
         }
         for worker in 0..count {
@@ -177,7 +156,7 @@ impl Engine {
             let command = cast.command(name, conductor.directory().path())?;
             let pid = conductor.spawn(worker, command, cast.core)?;
             tracing::debug!(process = conductor.plan().workers[worker].name, pid, "started");
-            if let Some(stress) = &staging.stress {
+            if let Some(stress) = &options.stress {
                 stress.set_priority(worker, pid);
             }
         }
@@ -330,15 +309,29 @@ impl Engine {
     }
 
     /// Ends all processes and removes what they shared.
-    ///
-    /// # Errors
-    /// [`RunError`] if something cannot be removed.
-    pub fn finish(self) -> Result<(), RunError> {
+    pub fn finish(self) -> Ended {
+        let gauge = self.gauge();
         match self {
-            Engine::Local { directory, .. } => Ok(directory.map_or(Ok(()), RunDirectory::close)?),
-            Engine::Processes { conductor, .. } => conductor.finish(),
+            Engine::Local { directory, .. } => {
+                let result = directory.map_or(Ok(()), |directory| Ok(directory.close()?));
+                Ended { gauge, plan: None, result }
+            }
+            Engine::Processes { conductor, .. } => {
+                let plan = conductor.plan().clone();
+                Ended { gauge, plan: Some(plan), result: conductor.finish() }
+            }
         }
     }
+}
+
+/// What is left of an engine whose processes have ended.
+pub struct Ended {
+    /// The counters of the run.
+    pub gauge: Gauge,
+    /// The plan, if there were processes.
+    pub plan: Option<Plan>,
+    /// Whether everything that they shared was removed.
+    pub result: Result<(), RunError>,
 }
 
 /// The cores of this machine that a run may use. To be asked before any thread is pinned.

@@ -3,6 +3,10 @@
 pub mod control;
 pub mod engine;
 pub(crate) mod leftovers;
+mod monitor;
+mod observer;
+mod options;
+mod outcome;
 pub mod pinning;
 pub mod placement;
 pub mod profile;
@@ -16,4 +20,6 @@ pub mod stress;
 pub mod swap;
 pub mod urgency;
 
-pub use session::{Options, Outcome, run};
+pub use options::Options;
+pub use outcome::{Ending, Outcome};
+pub use session::run;

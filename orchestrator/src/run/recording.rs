@@ -7,8 +7,7 @@ use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, Network, Status, Store};
 
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, LogError, Recorder, RunInfo};
-use crate::run::scene::Scene;
+use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
 
 /// Starts the log of a run of the scenario on the channels of `network`, and the folder that it is in.
 ///
@@ -39,19 +38,6 @@ pub(crate) fn create_log(path: &Path, assembly: &Assembly, network: &Network) ->
         flush_every: DEFAULT_FLUSH_EVERY,
     };
     Ok(Recorder::create(path, &info)?)
-}
-
-/// Records a step, and draws it if the log has a scene.
-pub(crate) fn record(
-    network: &Network,
-    period_ns: u64,
-    step: u64,
-    store: &Store,
-    recorder: &mut Recorder,
-    scene: Option<&mut Scene>,
-) -> Result<(), LogError> {
-    recorder.record(step, store, |channel| header(network, period_ns, store, channel, step))?;
-    scene.map_or(Ok(()), |scene| scene.draw(step, store, recorder))
 }
 
 /// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.

@@ -68,8 +68,7 @@ impl Job {
             true => None,
             false => Some(Verdict::of(&assembly.scenario, &recorded)?),
         };
-        let stopped = outcome.stopped.map(|error| error.to_string());
-        let stopped = stopped.or_else(|| outcome.halted.then(|| "an assertion ended the run".to_string()));
+        let stopped = outcome.ending.reason();
         let findings = outcome.findings;
         Ok(JobResult { verdict, stopped, findings, steps: outcome.steps, wall: outcome.wall })
     }

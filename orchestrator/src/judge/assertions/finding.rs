@@ -112,7 +112,7 @@ impl Finding {
     }
 
     /// What a violation is: `violated` or `warning`.
-    pub(super) fn kind(&self) -> &'static str {
+    pub(crate) fn kind(&self) -> &'static str {
         match self.severity {
             Severity::Fail => "violated",
             Severity::Warn => "warning",

@@ -3,11 +3,11 @@
 use super::{Finding, Severity, Violation};
 
 /// Where they are written.
-pub(super) const TOPIC: &str = "/phalanx/assertions";
+pub(crate) const TOPIC: &str = "/phalanx/assertions";
 /// Their type.
-pub(super) const SCHEMA_NAME: &str = "rcl_interfaces/msg/Log";
+pub(crate) const SCHEMA_NAME: &str = "rcl_interfaces/msg/Log";
 /// Its definition.
-pub(super) const SCHEMA_TEXT: &str = "\
+pub(crate) const SCHEMA_TEXT: &str = "\
 byte DEBUG=10
 byte INFO=20
 byte WARN=30
@@ -30,7 +30,7 @@ const WARN: u8 = 30;
 const ERROR: u8 = 40;
 
 /// A violation as CDR, little-endian, with its encapsulation. `time_ns` is the simulated time, ns.
-pub(super) fn encode(finding: &Finding, violation: &Violation, time_ns: u64) -> Vec<u8> {
+pub(crate) fn encode(finding: &Finding, violation: &Violation, time_ns: u64) -> Vec<u8> {
     let mut cdr = Cdr(vec![0, 1, 0, 0]);
     cdr.u32((time_ns / 1_000_000_000) as u32);
     cdr.u32((time_ns % 1_000_000_000) as u32);

@@ -29,7 +29,6 @@
 mod bound;
 mod finding;
 mod geometry;
-mod guard;
 mod history;
 mod message;
 mod read;
@@ -42,11 +41,10 @@ mod tests;
 
 pub use finding::{Finding, Findings, Violation};
 pub use geometry::METRICS;
-pub(crate) use guard::Guard;
 #[cfg(test)]
 pub(crate) use history::check;
 pub(crate) use history::history;
-use message::{SCHEMA_NAME, SCHEMA_TEXT, TOPIC, encode};
+pub(crate) use message::{SCHEMA_NAME, SCHEMA_TEXT, TOPIC, encode};
 pub use read::read;
 pub use watch::Watch;
 

@@ -10,10 +10,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use formation::scenario::{FailurePolicy, OnFailure};
-use lockstep::{Comeback, Network, RunError, Store};
+use lockstep::{Comeback, RunError};
 
 use crate::log::{LogError, Recorder};
 use crate::run::engine::Engine;
+use crate::run::observer::{Flow, Observer, StepView};
 use crate::run::swap::Swap;
 use event::Events;
 use tail::{Past, Tail};
@@ -41,22 +42,6 @@ impl Recovery {
     pub(crate) fn new(policy: FailurePolicy, log: PathBuf) -> Self {
         let (failures, told) = (Vec::new(), Vec::new());
         Self { policy, log, tail: Tail::new(), failures, events: Events::default(), told }
-    }
-
-    /// Keeps the samples of `step`, which was recorded, and records what has happened before it.
-    ///
-    /// # Errors
-    /// [`LogError`] if that cannot be written.
-    pub(crate) fn note(
-        &mut self,
-        network: &Network,
-        store: &Store,
-        step: u64,
-        period_ns: u64,
-        recorder: &mut Recorder,
-    ) -> Result<(), LogError> {
-        self.tail.note(network, store, step);
-        self.events.write(step, period_ns, recorder)
     }
 
     /// Puts others in the place of those who have failed, as their policies say.
@@ -116,11 +101,6 @@ impl Recovery {
                 Ok(Err(format!("{error}\n{node} plays on as before")))
             }
         }
-    }
-
-    /// Something has happened to a participant that the log is to tell.
-    pub(crate) fn remark(&mut self, participant: &str, text: &str) {
-        self.events.push(participant, text.into());
     }
 
     /// What was done, in words.
@@ -201,5 +181,16 @@ impl Recovery {
     fn tell(&mut self, text: String) {
         eprintln!("{text}");
         self.told.push(text);
+    }
+}
+
+impl Observer for Recovery {
+    /// Keeps the samples of the step, which was recorded, and records what has happened to participants.
+    fn step(&mut self, view: &mut StepView, log: Option<&mut Recorder>) -> Result<Flow, LogError> {
+        self.tail.note(view.network, view.store, view.step);
+        view.remarks.drain(..).for_each(|(participant, text)| self.events.push(&participant, text));
+        let Some(log) = log else { return Ok(Flow::Continue) };
+        self.events.write(view.step, view.period_ns, log)?;
+        Ok(Flow::Continue)
     }
 }

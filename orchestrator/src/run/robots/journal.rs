@@ -1,11 +1,10 @@
 //! What the log of a run has only because robots with a clock of their own took part: how well the steps kept their times, and
 //! what became of the robots. Nothing of it is in the log of a run whose numbers are the same every time.
 
-use lockstep::{ChannelId, Field, Header, Layout, Network, Status, Store};
+use lockstep::{ChannelId, Field, Header, Layout, Network, Status};
 
 use crate::log::{ENCAPSULATION, ExtraChannel, LogError, Recorder};
-use crate::run::control::Start;
-use crate::run::recovery::Recovery;
+use crate::run::observer::{Flow, Observer, StepView};
 
 /// Where the times of the steps are.
 const TOPIC: &str = "/phalanx/pace";
@@ -15,7 +14,6 @@ const TYPE: &str = "phalanx_msgs/msg/Pace";
 /// Writes the journal of one run.
 pub(crate) struct Journal {
     pace: ExtraChannel,
-    period_ns: u64,
     misses: u64,
     robots: Vec<Robot>,
 }
@@ -42,7 +40,7 @@ impl Journal {
     ///
     /// # Errors
     /// [`LogError`] if the log cannot take it.
-    pub(crate) fn new(network: &Network, period_ns: u64, recorder: &mut Recorder) -> Result<Self, LogError> {
+    pub(crate) fn new(network: &Network, recorder: &mut Recorder) -> Result<Self, LogError> {
         let fields = [Field::scalar("late", "s"), Field::scalar("missed", ""), Field::scalar("misses", "")];
         let layout = Layout::new(fields);
         let pace = recorder.add_channel(TOPIC, TYPE, &layout.ros2msg())?;
@@ -54,27 +52,22 @@ impl Journal {
             layout: channel.layout.clone(),
             state: State { connected: true, obeys: true, reconnections: 0.0, halts: 0.0 },
         });
-        Ok(Self { pace, period_ns, misses: 0, robots: robots.collect() })
+        Ok(Self { pace, misses: 0, robots: robots.collect() })
     }
+}
 
-    /// Writes how `step`, which was recorded just now, was started, and leaves to `recovery` what is to be told of the robots.
-    ///
-    /// # Errors
-    /// [`LogError`] if the log cannot be written.
-    pub(crate) fn note(
-        &mut self,
-        step: u64,
-        start: Start,
-        store: &Store,
-        recorder: &mut Recorder,
-        recovery: &mut Recovery,
-    ) -> Result<(), LogError> {
+impl Observer for Journal {
+    /// Writes how the step was started, and remarks what has become of the robots.
+    fn step(&mut self, view: &mut StepView, log: Option<&mut Recorder>) -> Result<Flow, LogError> {
+        let (start, step, store) = (view.start, view.step, view.store);
         self.misses += u64::from(start.missed);
         let words = [start.late, f64::from(u8::from(start.missed)), self.misses as f64];
         let mut payload = ENCAPSULATION.to_vec();
-        payload.extend_from_slice(&Header::new(step, self.period_ns, 0, Status::Fresh).to_bytes());
+        payload.extend_from_slice(&Header::new(step, view.period_ns, 0, Status::Fresh).to_bytes());
         words.iter().for_each(|word| payload.extend_from_slice(&word.to_le_bytes()));
-        recorder.write(self.pace, step, &payload)?;
+        if let Some(log) = log {
+            log.write(self.pace, step, &payload)?;
+        }
         for robot in &mut self.robots {
             let words = store.read(robot.channel, step);
             let number = |name: &str| robot.layout.find(name).map_or(0.0, |(offset, _)| words[offset]);
@@ -84,10 +77,11 @@ impl Journal {
                 reconnections: number("reconnections"),
                 halts: number("watchdog"),
             };
-            robot.state.changes(&now).for_each(|text| recovery.remark(&robot.node, text));
+            let changes = robot.state.changes(&now);
+            view.remarks.extend(changes.map(|text| (robot.node.clone(), text.to_string())));
             robot.state = now;
         }
-        Ok(())
+        Ok(Flow::Continue)
     }
 }
 

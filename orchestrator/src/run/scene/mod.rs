@@ -24,6 +24,8 @@ use formation::scenario::Obstacles;
 use formation::wiring::Assembly;
 use lockstep::{RunError, Store};
 
+use super::observer::{Flow, Observer, StepView};
+use super::outcome::Ending;
 use crate::log::{ExtraChannel, LogError, Recorder};
 use cast::{Actor, Link, actors, links};
 use cdr::Cdr;
@@ -114,11 +116,7 @@ impl Scene {
         Ok(Some(Self { period_ns, every, reminder, greeting, actors, obstacles, links, trails, topics, last, cdr }))
     }
 
-    /// Draws `step`, which has just been recorded, if a frame is due.
-    ///
-    /// # Errors
-    /// [`LogError`] if the log cannot be written.
-    pub fn draw(&mut self, step: u64, store: &Store, recorder: &mut Recorder) -> Result<(), LogError> {
+    fn draw(&mut self, step: u64, store: &Store, recorder: &mut Recorder) -> Result<(), LogError> {
         let started = self.last.replace(step).is_some();
         let time_ns = step.saturating_mul(self.period_ns);
         if !started {
@@ -173,35 +171,46 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+impl Observer for Scene {
+    /// Draws the step if a frame is due.
+    fn step(&mut self, view: &mut StepView, log: Option<&mut Recorder>) -> Result<Flow, LogError> {
+        log.map_or(Ok(()), |log| self.draw(view.step, view.store, log))?;
+        Ok(Flow::Continue)
+    }
 
     /// Writes how the run ended, at its last recorded step.
-    ///
-    /// # Errors
-    /// [`LogError`] if the log cannot be written.
-    pub fn close(&mut self, stopped: Option<&RunError>, recorder: &mut Recorder) -> Result<(), LogError> {
-        let Some(step) = self.last else { return Ok(()) };
-        let (level, name, text) = last_words(stopped, step);
+    fn end(&mut self, ending: &Ending, log: Option<&mut Recorder>) -> Result<(), LogError> {
+        let (Some(step), Some(log)) = (self.last, log) else { return Ok(()) };
+        let (level, name, text) = last_words(ending, step);
         journal(&mut self.cdr, step.saturating_mul(self.period_ns), level, &name, &text);
-        recorder.write(self.topics.journal, step, self.cdr.bytes())
+        log.write(self.topics.journal, step, self.cdr.bytes())
     }
 }
 
 /// What is said at the end. Neither processes nor times of the wall clock are named: equal runs give equal logs.
-fn last_words(stopped: Option<&RunError>, step: u64) -> (Level, String, String) {
+fn last_words(ending: &Ending, step: u64) -> (Level, String, String) {
     let program = || PROGRAM.to_string();
-    match stopped {
-        None => (Level::Info, program(), format!("the run is complete, {} steps", step + 1)),
-        Some(RunError::Fault { node, step, message }) => {
+    match ending {
+        Ending::Complete | Ending::Halted => {
+            (Level::Info, program(), format!("the run is complete, {} steps", step + 1))
+        }
+        Ending::Failed(RunError::Fault { node, step, message }) => {
             (Level::Error, node.clone(), format!("fault at step {step}: {message}"))
         }
-        Some(RunError::Interrupted { .. }) => (Level::Warn, program(), format!("interrupted after step {step}")),
-        Some(RunError::Died { worker, death, .. }) => {
+        Ending::Interrupted { .. } | Ending::Emergency { .. } => {
+            (Level::Warn, program(), format!("interrupted after step {step}"))
+        }
+        Ending::Failed(RunError::Died { worker, death, .. }) => {
             (Level::Fatal, worker.clone(), format!("the process {death} after step {step}"))
         }
-        Some(RunError::Deadline { late, .. }) => {
+        Ending::Failed(RunError::Deadline { late, .. }) => {
             let names: Vec<&str> = late.iter().map(|late| late.worker.as_str()).collect();
             (Level::Fatal, program(), format!("no answer after step {step} from {}", names.join(", ")))
         }
-        Some(_) => (Level::Fatal, program(), format!("the run could not go on after step {step}")),
+        Ending::Failed(_) | Ending::LogFailed(_) => {
+            (Level::Fatal, program(), format!("the run could not go on after step {step}"))
+        }
     }
 }

@@ -1,0 +1,80 @@
+//! How a run is carried out.
+
+use std::path::PathBuf;
+
+use formation::scenario::FailurePolicy;
+use lockstep::Wake;
+
+use super::pinning::Pin;
+use super::placement::Placement;
+use super::profile::TRACED_RUNS;
+use super::stress::Stress;
+use super::swap::{RobotSwap, Swap};
+use super::urgency::Urgency;
+
+/// How a run is carried out. None of it changes a bit of the samples.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How the participants are spread over processes.
+    pub placement: Placement,
+    /// Where the log goes; `None`: nothing is recorded.
+    pub log: Option<PathBuf>,
+    /// Whether the log shows the scene to viewers, besides the signals.
+    pub scene: bool,
+    /// Which cores the processes use.
+    pub pin: Pin,
+    /// Participants that are programs of the user.
+    pub swaps: Vec<Swap>,
+    /// Whether progress is shown, and keys of the terminal are read.
+    pub progress: bool,
+    /// Simulated seconds per second; `None`: as fast as possible.
+    pub pace: Option<f64>,
+    /// Where a trace of the last steps goes; `None`: nothing is traced.
+    pub trace: Option<PathBuf>,
+    /// What is done when a participant fails.
+    pub on_failure: FailurePolicy,
+    /// Disturbances of the processes, for tests of determinism.
+    pub stress: Option<Stress>,
+    /// What the processes wake each other with.
+    pub wake: Wake,
+    /// Whether every sample is also published for monitors outside the run.
+    pub tap: bool,
+    /// Scheduling priority of the processes.
+    pub urgency: Urgency,
+    /// Folder that gets one file per process with what it printed.
+    pub log_dir: Option<PathBuf>,
+}
+
+impl Options {
+    /// As fast as possible, silent, without programs of the user, recorded into `log` with its scene if there is one. What the
+    /// scenario itself says about programs and failures is not in it: see [`super::swap::Swap::collect`] and
+    /// [`formation::scenario::Scenario::on_failure`].
+    pub fn new(placement: Placement, log: Option<PathBuf>) -> Self {
+        Self {
+            placement,
+            log,
+            scene: true,
+            pin: Pin::Auto,
+            swaps: Vec::new(),
+            progress: false,
+            pace: None,
+            trace: None,
+            on_failure: FailurePolicy::default(),
+            stress: None,
+            wake: Wake::default(),
+            tap: false,
+            urgency: Urgency::default(),
+            log_dir: None,
+        }
+    }
+
+    /// Whether a robot with a clock of its own takes part.
+    pub(crate) fn has_robots(&self) -> bool {
+        self.swaps.iter().any(|swap| swap.robot().is_some_and(RobotSwap::is_free))
+    }
+
+    /// How many of its last runs every process keeps for the trace.
+    pub(crate) fn traced_runs(&self) -> u32 {
+        if self.trace.is_some() { TRACED_RUNS } else { 0 }
+    }
+}
