@@ -19,7 +19,7 @@ use documents::{SCHEMA_HELP, after_help};
 use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 use lockstep::Wake;
-pub(crate) use look::{EchoArgs, ExportArgs, ExportFormat, FigureFormat, LayoutArgs, PlotArgs, ReportArgs, Viewer};
+pub(crate) use look::{EchoArgs, ExportArgs, LayoutArgs, PlotArgs, ReportArgs};
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;

@@ -6,7 +6,6 @@ use rustix::io::Errno;
 
 use crate::judge::metrics::MetricError;
 use crate::log::LogError;
-use crate::trial::replay::ReplayError;
 
 /// Number of the signal.
 const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();
@@ -115,15 +114,6 @@ impl From<RunError> for Failure {
         match error {
             RunError::Interrupted { .. } => Self::Interrupted,
             other => Self::Run(other),
-        }
-    }
-}
-
-impl From<ReplayError> for Failure {
-    fn from(error: ReplayError) -> Self {
-        match error {
-            ReplayError::Log(error) => Self::Log(error),
-            other => Self::Usage(other.to_string()),
         }
     }
 }

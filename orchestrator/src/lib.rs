@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`cli`], `commands` | the command line, one file a command |
 //! | [`run`] | carries out one run: processes, control, observers of a step, recovery |
+//! | [`recorded`] | a recorded run as an input: its scenario, its samples |
 //! | [`log`] | writes, reads and recovers logs |
 //! | [`trial`] | tries a user's program: replay, conformance test, project templates |
 //! | [`judge`] | what a run is worth: metrics, assertions, claims, verdict |
@@ -21,6 +22,7 @@ pub mod failure;
 pub mod judge;
 pub mod log;
 pub mod logging;
+pub mod recorded;
 pub mod run;
 pub mod show;
 pub mod thesis;

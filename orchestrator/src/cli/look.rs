@@ -2,18 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-/// How a figure is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FigureFormat {
-    /// Vectors, for browsers and office programs
-    Svg,
-    /// Pixels, 300 an inch in one column
-    Png,
-    /// Vectors for LaTeX, with the letters of their font inside
-    Pdf,
-}
+use crate::show::export::ExportFormat;
+use crate::show::figures::FigureFormat;
+use crate::show::layouts::Viewer;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -37,19 +30,6 @@ pub(crate) struct ReportArgs {
     pub(crate) format: FigureFormat,
 }
 
-/// How exported signals are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ExportFormat {
-    /// A folder with one table per topic: t, step, then a column per number
-    Csv,
-    /// A folder with one file per topic and the same columns: pandas.read_parquet(FILE); also for DuckDB, Polars, Spark
-    Parquet,
-    /// For NumPy: np.load(FILE)["agent_1_state_position"] has a row per step
-    Npz,
-    /// For MATLAB and Octave: load FILE, then agent_1_state_position has a row per step
-    Mat,
-}
-
 #[derive(Debug, Args)]
 pub(crate) struct ExportArgs {
     /// A log that `phalanx run` recorded
@@ -66,19 +46,6 @@ pub(crate) struct ExportArgs {
     /// Where they go [default: beside the log: the folder <LOG>-csv or <LOG>-parquet, or <LOG>.npz, <LOG>.mat]
     #[arg(long, value_name = "FOLDER|FILE")]
     pub(crate) out: Option<PathBuf>,
-}
-
-/// A viewer of logs that other people made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Viewer {
-    /// A JSON file for Foxglove
-    Foxglove,
-    /// A JSON file for Lichtblick
-    Lichtblick,
-    /// An XML file for PlotJuggler
-    Plotjuggler,
-    /// A Python program that opens the log in Rerun
-    Rerun,
 }
 
 #[derive(Debug, Args)]

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::{ExportArgs, ExportFormat};
+use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel};
+use crate::show::export::ExportFormat;
 use crate::show::export::{Table, write_csv, write_mat, write_npz, write_parquet};
 use crate::show::view::topics;
 

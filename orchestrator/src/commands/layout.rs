@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::select::assemble;
-use crate::cli::{LayoutArgs, ScenarioArgs, Viewer};
+use crate::cli::{LayoutArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::show::layouts::Viewer;
 use crate::show::layouts::layout as write_layout;
 
 pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {

@@ -29,5 +29,3 @@ pub(crate) mod top;
 pub(crate) mod validate;
 pub(crate) mod verify;
 pub(crate) mod watch;
-
-pub(crate) use select::scenario_of;

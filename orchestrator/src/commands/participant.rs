@@ -8,8 +8,8 @@ use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
 use crate::catalog::ROLES;
 use crate::cli::ParticipantArgs;
+use crate::recorded::played;
 use crate::run::urgency::lock_memory_if_wanted;
-use crate::trial::replay::played;
 
 /// Builds the participants that the plan assigns to this process, or plays them from a log, and serves.
 pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::{FigureFormat, ReportArgs};
+use crate::cli::ReportArgs;
 use crate::failure::Failure;
+use crate::show::figures::FigureFormat;
 use crate::show::view::Subject;
 use crate::show::{figures, report};
 

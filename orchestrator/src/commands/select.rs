@@ -1,10 +1,9 @@
 //! From a name on the command line to an assembled scenario.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use formation::config::nearest;
-use formation::scenario::{Scenario, Selection};
+use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
 use crate::catalog::{ROLES, SCENARIOS};
@@ -12,6 +11,7 @@ use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
 use crate::judge::assertions;
 use crate::log::{Head, Log};
+use crate::recorded::{scenario_in, scenario_of};
 
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
@@ -47,28 +47,6 @@ pub(super) fn from_head(log: &Path, overrides: Vec<String>) -> Result<Assembly, 
     let head = Head::read(log)?;
     let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), overrides)?;
     Ok(Assembly::new(scenario, &ROLES)?)
-}
-
-/// The scenario that a log holds, with its variant and overrides applied.
-pub(crate) fn scenario_of(log: &Log) -> Result<Scenario, Failure> {
-    scenario_in(log.path(), log.scenario_text(), log.metadata(), Vec::new())
-}
-
-fn scenario_in(
-    log: &Path,
-    text: Option<&str>,
-    metadata: Option<&BTreeMap<String, String>>,
-    overrides: Vec<String>,
-) -> Result<Scenario, Failure> {
-    let file = log.display();
-    let Some(text) = text else {
-        return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
-    };
-    let selection = Selection { variant: None, overrides };
-    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &selection)?;
-    let overrides = metadata.and_then(|metadata| metadata.get("overrides"));
-    scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
-    Ok(scenario)
 }
 
 fn selection(args: &ScenarioArgs) -> Selection {

@@ -11,7 +11,7 @@ use hardware::message::Clock;
 use hardware::settings::Settings;
 
 use crate::failure::Failure;
-use crate::trial::replay::Tape;
+use crate::recorded::Tape;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";

@@ -7,8 +7,8 @@ use kuva::backend::svg::SvgBackend;
 use kuva::render::render::Scene;
 
 use super::{WIDTH, pdf, pixels};
-use crate::cli::FigureFormat;
 use crate::failure::Failure;
+use crate::show::figures::FigureFormat;
 
 /// Inches of a unit: one column of a journal is 3.5 inches wide.
 pub(super) const INCHES: f64 = 3.5 / WIDTH;

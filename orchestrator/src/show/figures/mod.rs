@@ -14,15 +14,26 @@ mod trajectories;
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use kuva::render::render::Scene;
 
-use crate::cli::FigureFormat;
 use crate::failure::Failure;
 use crate::show::view::{Curve, Grid, Kind, Panel, Subject, View, panels};
 use file::store;
 use sheet::{Line, Plot};
 use style::Entry;
 pub(crate) use thesis::{Missing, write as write_thesis};
+
+/// How a figure is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FigureFormat {
+    /// Vectors, for browsers and office programs
+    Svg,
+    /// Pixels, 300 an inch in one column
+    Png,
+    /// Vectors for LaTeX, with the letters of their font inside
+    Pdf,
+}
 
 /// Width of a figure, in the units of the file.
 const WIDTH: f64 = 400.0;

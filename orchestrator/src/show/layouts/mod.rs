@@ -4,9 +4,21 @@ mod foxglove;
 mod plotjuggler;
 mod rerun;
 
+use clap::ValueEnum;
 use lockstep::Layout;
 
-use crate::cli::Viewer;
+/// A viewer of logs that other people made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Viewer {
+    /// A JSON file for Foxglove
+    Foxglove,
+    /// A JSON file for Lichtblick
+    Lichtblick,
+    /// An XML file for PlotJuggler
+    Plotjuggler,
+    /// A Python program that opens the log in Rerun
+    Rerun,
+}
 
 /// A quantity that is plotted: a field that agents have alike.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,11 +7,11 @@ use formation::wiring::Assembly;
 use lockstep::{Field, Shape};
 
 use crate::catalog::ROLES;
-use crate::commands::scenario_of;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
 use crate::log::{Log, Series};
+use crate::recorded::scenario_of;
 
 /// A recorded run with its scenario, as far as there is one.
 pub struct Subject {

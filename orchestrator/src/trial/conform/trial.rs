@@ -9,8 +9,9 @@ use lockstep::{ChannelId, RunError};
 
 use super::supervise::End;
 use crate::failure::Failure;
+use crate::recorded::Tape;
 use crate::run::control::Stop;
-use crate::trial::replay::{Departures, Duet, Setup, Tape};
+use crate::trial::replay::{Departures, Duet, Setup};
 
 /// Longest reason that is passed on, in characters.
 const LONGEST_REASON: usize = 400;

@@ -5,10 +5,11 @@ use std::process::Command;
 
 use lockstep::RunError;
 
+use super::Departures;
 use super::duet::{Duet, Setup};
-use super::{Departures, Tape};
 use crate::failure::Failure;
 use crate::log::{Recorder, Summary};
+use crate::recorded::Tape;
 use crate::run::control::{Pace, Stop};
 use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::failure::Failure;
 use crate::log::LogError;
 
 /// Why a log cannot stand in for participants of a run.
@@ -93,5 +94,14 @@ fn list(topics: &[String]) -> String {
         "none: its run was stopped before the first sample was written".into()
     } else {
         topics.join(", ")
+    }
+}
+
+impl From<ReplayError> for Failure {
+    fn from(error: ReplayError) -> Self {
+        match error {
+            ReplayError::Log(error) => Self::Log(error),
+            other => Self::Usage(other.to_string()),
+        }
     }
 }

@@ -1,0 +1,38 @@
+//! The scenario that a log holds.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use formation::scenario::{Scenario, Selection};
+
+use crate::failure::Failure;
+use crate::log::Log;
+
+/// The scenario that a log holds, with its variant and overrides applied.
+///
+/// # Errors
+/// [`Failure`] if it holds none, or one that is not valid.
+pub(crate) fn scenario_of(log: &Log) -> Result<Scenario, Failure> {
+    scenario_in(log.path(), log.scenario_text(), log.metadata(), Vec::new())
+}
+
+/// The scenario whose text and metadata stand in `log`; `overrides` come on top.
+///
+/// # Errors
+/// [`Failure`] if there is none, or it is not valid.
+pub(crate) fn scenario_in(
+    log: &Path,
+    text: Option<&str>,
+    metadata: Option<&BTreeMap<String, String>>,
+    overrides: Vec<String>,
+) -> Result<Scenario, Failure> {
+    let file = log.display();
+    let Some(text) = text else {
+        return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
+    };
+    let selection = Selection { variant: None, overrides };
+    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &selection)?;
+    let overrides = metadata.and_then(|metadata| metadata.get("overrides"));
+    scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
+    Ok(scenario)
+}
