@@ -4,7 +4,7 @@
 //! differs by a factor of two between machines, and between hours of one machine. Every figure is the median of
 //! [`ROUNDS`] rounds in which all lines take turns.
 
-#[path = "../../lockstep/examples/chain14/chain.rs"]
+#[path = "../../processes/examples/chain14/chain.rs"]
 mod chain;
 mod measure;
 mod table;
@@ -29,7 +29,7 @@ pub fn main() -> ExitCode {
         return orchestrator::cli::main();
     }
     if env::var_os("PHALANX_WORKER").is_some() {
-        return lockstep::serve(|plan, nodes| {
+        return processes::serve(|plan, nodes| {
             let agents = (plan.network.nodes.len() - 2) / 2;
             Ok(nodes.iter().map(|&node| chain::participant(agents, node)).collect())
         });
@@ -68,7 +68,7 @@ const LINES: [Line; 18] = [
 
 /// This core and another one, if there is one.
 fn two(core: usize) -> Result<Vec<usize>, Box<dyn Error>> {
-    let others = lockstep::allowed_cores()?.into_iter().filter(|&other| other != core);
+    let others = processes::allowed_cores()?.into_iter().filter(|&other| other != core);
     Ok(std::iter::once(core).chain(others).take(2).collect())
 }
 
@@ -84,7 +84,7 @@ fn step(step: f64) -> Result<Taken, Box<dyn Error>> {
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
-    let core = *lockstep::allowed_cores()?.last().ok_or("no core is allowed")?;
+    let core = *processes::allowed_cores()?.last().ok_or("no core is allowed")?;
     let number = |name, default: u64| env::var(name).map_or(Ok(default), |text| text.parse());
     let (steps, rounds) = (number("STEPS", 10_000)?, number("ROUNDS", ROUNDS)?);
     // Cargo adds an option of its own; a word is a part of the names of the lines that are wanted.
@@ -167,7 +167,7 @@ fn rows(figures: &Figures) -> Vec<Row> {
 /// Does `work` in a thread of its own that stays on a core, with all that it starts.
 fn on_core<R: Send>(core: usize, work: impl FnOnce() -> Result<R, Box<dyn Error>> + Send) -> Result<R, Box<dyn Error>> {
     in_thread(move || {
-        lockstep::pin_to_core(core)?;
+        processes::pin_to_core(core)?;
         work()
     })
 }
@@ -178,7 +178,7 @@ fn beside_core<R: Send>(
     work: impl FnOnce() -> Result<R, Box<dyn Error>> + Send,
 ) -> Result<R, Box<dyn Error>> {
     in_thread(move || {
-        lockstep::keep_off_core(core)?;
+        processes::keep_off_core(core)?;
         work()
     })
 }

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use formation::scenario::Scenario;
 use formation::wiring::{Role, Station, load_scenario};
-use lockstep::{Link, Step, Worker};
+use lockstep::Step;
+use processes::{Link, Worker};
 
 use crate::signals::Port;
 

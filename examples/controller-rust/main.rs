@@ -5,8 +5,9 @@
 //!
 //! The log is, byte for byte, that of the built-in controller `hierarchical_uav`, of which this is the variant `TSC`.
 
-use formation::wiring::{Refusal, Role, load_scenario, serve};
+use formation::wiring::{Refusal, Role, load_scenario, participant};
 use lockstep::{Fault, In, Io, Out, Participant, Step};
+use processes::serve;
 
 type Vector = [f64; 3];
 
@@ -115,7 +116,7 @@ impl Participant for Controller {
 }
 
 fn main() -> std::process::ExitCode {
-    serve(Role::Controller, |context, agent, bind| {
+    serve(participant(Role::Controller, |context, agent, bind| {
         let scenario = load_scenario().map_err(Refusal)?;
         let gain = |name: &str| {
             let path = format!("controller.{name}");
@@ -156,5 +157,5 @@ fn main() -> std::process::ExitCode {
                 bind.out(agent, "sliding_attitude")?,
             ],
         })
-    })
+    }))
 }

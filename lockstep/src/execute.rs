@@ -1,4 +1,6 @@
 //! One node, one step: what [`Local`](crate::Local) and a worker process do alike, so that both give the same bits.
+//!
+//! Only a crate that carries out runs needs this.
 
 use crate::{Channel, Fault, Header, Io, Network, Participant, Ports, Status, Step, Store};
 
@@ -34,9 +36,9 @@ impl Member {
 }
 
 /// A node as far as its steps are concerned, whoever computes them.
-pub(crate) struct Place {
+pub struct Place {
     /// Number of the node in the network.
-    pub(crate) node: usize,
+    pub node: usize,
     ports: Ports,
     /// Agent numbers of the outputs.
     agents: Vec<u32>,
@@ -46,15 +48,15 @@ pub(crate) struct Place {
 
 impl Place {
     /// The place of node number `node`.
-    pub(crate) fn new(network: &Network, node: usize) -> Self {
+    pub fn new(network: &Network, node: usize) -> Self {
         let place = &network.nodes[node];
         let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();
         Self { node, ports: Ports::of(place), agents, always: place.always_runs() }
     }
 
     /// Whether the node runs at `step`. If it does not, its last outputs stand for this step too.
-    #[unsafe(link_section = "lockstep_step")]
-    pub(crate) fn is_due(&self, network: &Network, store: &mut Store, step: &Step) -> bool {
+    #[inline]
+    pub fn is_due(&self, network: &Network, store: &mut Store, step: &Step) -> bool {
         let last_run = if self.always { Some(step.index) } else { network.nodes[self.node].last_run(step.index) };
         match last_run {
             Some(run) if run == step.index => true,
@@ -68,7 +70,7 @@ impl Place {
     }
 
     /// What the node sees of its channels at `step`.
-    pub(crate) fn io<'a>(&'a self, store: &'a mut Store, step: &Step) -> Io<'a> {
+    pub fn io<'a>(&'a self, store: &'a mut Store, step: &Step) -> Io<'a> {
         Io::new(store, &self.ports, step.index)
     }
 
@@ -76,14 +78,8 @@ impl Place {
     ///
     /// # Errors
     /// If an output is not a finite number.
-    #[unsafe(link_section = "lockstep_step")]
-    pub(crate) fn finish(
-        &self,
-        network: &Network,
-        store: &mut Store,
-        step: &Step,
-        stamp: &Header,
-    ) -> Result<(), Fault> {
+    #[inline]
+    pub fn finish(&self, network: &Network, store: &mut Store, step: &Step, stamp: &Header) -> Result<(), Fault> {
         for (&output, &agent) in self.ports.outputs.iter().zip(&self.agents) {
             if !all_finite(store.read(output, step.index)) {
                 return Err(not_finite(&network.channels[output.0], store.read(output, step.index)));
@@ -96,7 +92,7 @@ impl Place {
 }
 
 /// The header of all fresh samples of a step, but for the agent.
-pub(crate) fn stamp(step: &Step, period_ns: u64) -> Header {
+pub fn stamp(step: &Step, period_ns: u64) -> Header {
     Header::new(step.index, period_ns, 0, Status::Fresh)
 }
 

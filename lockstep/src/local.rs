@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::time::Duration;
 
 use crate::execute::{Member, stamp};
-use crate::{Fault, Gauge, LoopError, Network, Participant, Step, Store, ticks};
+use crate::{Fault, LoopError, Network, Participant, Step, Store};
 
 /// One step in so many is timed: reading the clock around every participant would cost as much as the participants.
 const TIMED_EVERY: u64 = 64;
@@ -33,25 +34,27 @@ pub struct Local {
     counts: Arc<LocalCounts>,
 }
 
-/// The counters of a run in one process.
-pub(crate) struct LocalCounts {
+/// The counters of a run in one process; they can be read from another thread.
+#[derive(Debug)]
+pub struct LocalCounts {
     completed: AtomicU64,
     timed: AtomicU64,
-    /// By node, of the timed steps together.
-    ticks: Vec<AtomicU64>,
+    /// Nanoseconds by node, of the timed steps together.
+    spent_ns: Vec<AtomicU64>,
 }
 
 impl LocalCounts {
     fn new(nodes: usize) -> Self {
-        let ticks = (0..nodes).map(|_| AtomicU64::new(0)).collect();
-        Self { completed: AtomicU64::new(0), timed: AtomicU64::new(0), ticks }
+        let spent_ns = (0..nodes).map(|_| AtomicU64::new(0)).collect();
+        Self { completed: AtomicU64::new(0), timed: AtomicU64::new(0), spent_ns }
     }
 
-    /// Complete steps, and by node the ticks that all of them took, as far as the timed ones tell.
-    pub(crate) fn read(&self) -> (u64, Vec<u64>) {
+    /// Complete steps, and by node the time that all of them took. One step in 64 is timed; the others count as those.
+    pub fn read(&self) -> (u64, Vec<Duration>) {
         let (completed, timed) = (self.completed.load(Relaxed), self.timed.load(Relaxed).max(1));
         let scale = completed as f64 / timed as f64;
-        (completed, self.ticks.iter().map(|ticks| (ticks.load(Relaxed) as f64 * scale) as u64).collect())
+        let spent = |ns: &AtomicU64| Duration::from_nanos((ns.load(Relaxed) as f64 * scale) as u64);
+        (completed, self.spent_ns.iter().map(spent).collect())
     }
 }
 
@@ -86,14 +89,14 @@ impl Local {
         let stamp = stamp(&step, self.period_ns);
         let timed = step.index.is_multiple_of(TIMED_EVERY);
         for member in &mut self.members {
-            let start = if timed { ticks::now() } else { 0 };
+            let start = timed.then(clock::now);
             member.run(&self.network, &mut self.store, &step, &stamp).map_err(|fault| StepError {
                 node: self.network.nodes[member.place.node].name.clone(),
                 step: step.index,
                 fault,
             })?;
-            if timed {
-                self.counts.ticks[member.place.node].fetch_add(ticks::now().saturating_sub(start), Relaxed);
+            if let Some(start) = start {
+                self.counts.spent_ns[member.place.node].fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
             }
         }
         self.next.index += 1;
@@ -109,17 +112,28 @@ impl Local {
         &self.store
     }
 
-    /// A handle to look at the run's counters, also from another thread. Times are those of one step in 64.
-    pub fn gauge(&self) -> Gauge {
-        let names = self.network.nodes.iter().map(|node| node.name.clone()).collect();
-        let last = self.phases.iter().copied().max().unwrap_or(0);
-        let nodes = 0..self.phases.len();
-        let members = (0..=last).map(|phase| nodes.clone().filter(|&node| self.phases[node] == phase).collect());
-        Gauge::local(Arc::clone(&self.counts), names, members.collect())
+    /// The run's counters, which outlive it.
+    pub fn counts(&self) -> Arc<LocalCounts> {
+        Arc::clone(&self.counts)
+    }
+
+    /// Phase of every node.
+    pub fn phases(&self) -> &[usize] {
+        &self.phases
     }
 
     /// The network that runs.
     pub fn network(&self) -> &Network {
         &self.network
+    }
+}
+
+/// The clock of the counters, which no result depends on.
+#[expect(clippy::disallowed_types, reason = "what is measured is shown, and never computed with")]
+mod clock {
+    use std::time::Instant;
+
+    pub(super) fn now() -> Instant {
+        Instant::now()
     }
 }

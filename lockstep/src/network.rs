@@ -56,7 +56,7 @@ pub struct Node {
 
 impl Node {
     /// Whether it runs at every step from the first.
-    pub(crate) fn always_runs(&self) -> bool {
+    pub fn always_runs(&self) -> bool {
         self.every <= 1 && self.offset == 0
     }
 

@@ -1,24 +1,33 @@
 //! What every process of a run must know, and how it is written down.
 
-use std::collections::{BTreeSet, HashSet};
-use std::fs::OpenOptions;
-use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::{ChannelId, LoopError, MAX_WORDS, Network, Wake};
+use crate::{ChannelId, LoopError, MAX_WORDS, Network};
 
 /// Name of the plan's file within the run directory.
-pub(crate) const PLAN_FILE: &str = "plan.json";
+pub const PLAN_FILE: &str = "plan.json";
 
 /// How a plan is written down; another number is another way.
 const FORMAT: u32 = 3;
 
 /// Most processes that can meet in one phase.
-pub(crate) const MAX_MEMBERS: usize = 4096;
+pub const MAX_MEMBERS: usize = 4096;
+
+/// What the processes of a run wake each other with. It changes no bit of what comes out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Wake {
+    /// Futexes on words of the shared page, as Linux has them.
+    #[default]
+    Futex,
+    /// Events of iceoryx2, for systems without futexes that processes can share. They take longer, and since one is lost now
+    /// and then, whoever sleeps looks up every few milliseconds.
+    Events,
+}
 
 /// A process of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,7 +59,7 @@ pub struct Plan {
     /// How many of its last runs every worker keeps for a trace; 0 at first, and without influence on any result.
     pub traced: u32,
     /// What the processes wake each other with; said by the conductor, and without influence on any result.
-    pub(crate) wake: Wake,
+    pub wake: Wake,
     /// SHA-256 of the text that the participants are built from; empty if there is none.
     source: String,
     digest: String,
@@ -178,7 +187,7 @@ impl Plan {
     }
 
     /// Tells plans apart whose processes must not meet: what is computed, from what, and by whom.
-    pub(crate) fn fingerprint(&self) -> u64 {
+    pub fn fingerprint(&self) -> u64 {
         let content = (&self.run, &self.digest, &self.source, &self.workers);
         // Strings and integers: encoding cannot fail.
         let digest = Sha256::digest(serde_json::to_vec(&content).unwrap_or_default());
@@ -197,20 +206,20 @@ impl Plan {
     }
 
     /// The worker that hosts `node`.
-    pub(crate) fn host(&self, node: usize) -> usize {
+    pub fn host(&self, node: usize) -> usize {
         // `check_workers` has seen to it that there is one.
         self.workers.iter().position(|worker| worker.nodes.contains(&node)).unwrap_or(0)
     }
 
     /// The phases in which a worker takes part, in order, with its position among the workers of each.
-    pub(crate) fn places(&self, worker: usize) -> Vec<(usize, usize)> {
+    pub fn places(&self, worker: usize) -> Vec<(usize, usize)> {
         let position = |phase| self.members(phase).iter().position(|&member| member == worker);
         (0..self.phase_count()).filter_map(|phase| Some((phase, position(phase)?))).collect()
     }
 
     /// What a worker reads from other processes, and what it writes, in ascending order: what its successor must be told
     /// about the steps that are done.
-    pub(crate) fn traffic(&self, worker: usize) -> BTreeSet<ChannelId> {
+    pub fn traffic(&self, worker: usize) -> BTreeSet<ChannelId> {
         let writers = self.network.writers();
         let hosted = &self.workers[worker].nodes;
         let inputs = hosted.iter().flat_map(|&node| self.network.nodes[node].inputs.iter().map(|input| input.channel));
@@ -218,16 +227,13 @@ impl Plan {
         inputs.filter(|channel| writers[channel.0].is_some()).chain(outputs).collect()
     }
 
-    /// Writes `plan.json` into `directory`.
+    /// The text of `plan.json`.
     ///
     /// # Errors
-    /// [`PlanError::File`].
-    pub(crate) fn write(&self, directory: &Path) -> Result<(), PlanError> {
-        let path = directory.join(PLAN_FILE);
-        let text = serde_json::to_vec_pretty(self)
-            .map_err(|error| PlanError::Format { path: path.clone(), reason: error.to_string() })?;
-        let file = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
-        file.and_then(|mut file| file.write_all(&text)).map_err(|source| PlanError::File { path, source })
+    /// [`PlanError::Format`]; `path` is where the text is meant to go.
+    pub fn to_json(&self, path: &Path) -> Result<Vec<u8>, PlanError> {
+        let refused = |error: serde_json::Error| PlanError::Format { path: path.into(), reason: error.to_string() };
+        serde_json::to_vec_pretty(self).map_err(refused)
     }
 
     /// Reads `plan.json` from a run directory.
@@ -278,7 +284,7 @@ fn check_network(network: &Network) -> Result<(), PlanError> {
         }
     }
     check_names(network.nodes.iter().map(|node| &node.name))?;
-    let mut written = HashSet::new();
+    let mut written = BTreeSet::new();
     for node in &network.nodes {
         let channels = node.inputs.iter().map(|input| input.channel).chain(node.outputs.iter().copied());
         if let Some(channel) = channels.into_iter().find(|channel| channel.0 >= network.channels.len()) {
@@ -315,7 +321,7 @@ fn check_workers(network: &Network, workers: &[WorkerPlan]) -> Result<(), PlanEr
 }
 
 fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), PlanError> {
-    let mut seen = HashSet::new();
+    let mut seen = BTreeSet::new();
     for name in names {
         let allowed = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
         if name.is_empty() || name.len() > 64 || !name.chars().all(allowed) {

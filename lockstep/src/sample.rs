@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Largest number of words of a sample.
+pub const MAX_WORDS: usize = 512;
+
 /// Bytes of a [`Header`].
 pub const HEADER_BYTES: usize = 24;
 

@@ -35,7 +35,7 @@ impl Store {
     }
 
     /// A store in which there is room for some of the channels only; the others are of no length.
-    pub(crate) fn with_some<'a>(layouts: impl IntoIterator<Item = Option<&'a Layout>>) -> Self {
+    pub fn with_some<'a>(layouts: impl IntoIterator<Item = Option<&'a Layout>>) -> Self {
         // The first one stands for all that are not there.
         let mut slots = vec![Slot::default()];
         let (mut start, mut longest) = (0, 0);

@@ -40,7 +40,7 @@ fn main() -> ExitCode {
         eprintln!("{reason}");
         return ExitCode::FAILURE;
     }
-    let ended = lockstep::serve(|plan, nodes| {
+    let ended = processes::serve(|plan, nodes| {
         if moment == "connect" {
             commit(fault)?;
         }

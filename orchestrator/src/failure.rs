@@ -1,7 +1,7 @@
 //! Why a command did not succeed, and the exit code that tells.
 
 use formation::config::Problem;
-use lockstep::{Death, DirectoryError, RunError};
+use processes::{Death, DirectoryError, RunError};
 use rustix::io::Errno;
 
 use crate::judge::metrics::MetricError;

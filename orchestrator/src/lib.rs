@@ -15,7 +15,7 @@
 #[macro_use]
 mod terminal;
 
-pub mod catalog;
+pub use schemes as catalog;
 pub mod cli;
 mod commands;
 pub mod failure;

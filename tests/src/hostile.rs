@@ -10,13 +10,13 @@ use formation::config::Problem;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::Plan;
-use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::cli::Cli;
 use orchestrator::judge::claims::Claims;
 use orchestrator::log::recover;
 use orchestrator::run::swap::Swap;
 use orchestrator::show::report;
 use orchestrator::show::view::Subject;
+use schemes::{ROLES, SCENARIOS};
 
 /// A kind of input: its name, and what it reaches.
 pub type Target = (&'static str, fn(&[u8]));

@@ -1,7 +1,7 @@
 //! What a program of somebody else sees of a run: only iceoryx2, no crate of ours but the layout of the header.
 
 use iceoryx2::prelude::{Config, FilePath, NodeBuilder, SemanticString, ServiceName, SignalHandlingMode, ipc};
-use lockstep::Header;
+use processes::TapHeader;
 
 use crate::program::{Folder, wait_until};
 
@@ -30,7 +30,7 @@ fn a_stranger_reads_along_and_changes_nothing() {
     let node = node.create::<ipc::Service>().expect("a node");
     let subscribe = |topic: &str| {
         let name = ServiceName::new(topic).expect("a name");
-        let service = node.service_builder(&name).publish_subscribe::<[f64]>().user_header::<Header>();
+        let service = node.service_builder(&name).publish_subscribe::<[f64]>().user_header::<TapHeader>();
         service.open().expect("a service").subscriber_builder().create().expect("a subscriber")
     };
     let state = subscribe("/agent_1/state");
@@ -39,9 +39,9 @@ fn a_stranger_reads_along_and_changes_nothing() {
     wait_until("a hundred samples have come", || {
         while let Some(sample) = state.receive().expect("a sample") {
             // Position, velocity and disturbance of six coordinates.
-            assert_eq!((sample.payload().len(), sample.user_header().agent), (18, 1));
+            assert_eq!((sample.payload().len(), sample.user_header().0.agent), (18, 1));
             assert!(sample.payload().iter().all(|number| number.is_finite()));
-            steps.push(sample.user_header().step);
+            steps.push(sample.user_header().0.step);
         }
         steps.len() >= 100
     });

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::{Header, Local, Status};
-use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::{Recorder, RunInfo};
+use schemes::{ROLES, SCENARIOS};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
-use orchestrator::catalog::{ROLES, SCENARIOS};
 use orchestrator::log::Log;
 use orchestrator::run::placement::Placement;
 use orchestrator::run::{Options, run};
+use schemes::{ROLES, SCENARIOS};
 
 /// Steps of every run.
 const STEPS: f64 = 100.0;

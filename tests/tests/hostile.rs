@@ -91,7 +91,7 @@ fn corpus(name: &str) -> Vec<Vec<u8>> {
     assert!(!paths.is_empty(), "{} is empty", folder.display());
     let mut inputs: Vec<Vec<u8>> = paths.iter().map(|path| fs::read(path).expect("a file of the corpus")).collect();
     if name == "scenario" {
-        inputs.extend(orchestrator::catalog::SCENARIOS.iter().map(|shipped| shipped.text.as_bytes().to_vec()));
+        inputs.extend(schemes::SCENARIOS.iter().map(|shipped| shipped.text.as_bytes().to_vec()));
     }
     inputs
 }

@@ -8,11 +8,11 @@ mod assembly;
 mod bind;
 mod component;
 mod ranges;
-mod serve;
+mod station;
 mod wishes;
 
 pub use assembly::{Assembly, NodeRole, Role, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
-pub use serve::{SCENARIO_FILE, Station, load_scenario, scenario_text, serve, serve_kinds, serve_pair};
+pub use station::{Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, scenario_text};
 pub(crate) use wishes::timing_of;

@@ -1,6 +1,6 @@
 //! `phalanx doctor`.
 
-use lockstep::RunDirectory;
+use processes::RunDirectory;
 use serde_json::json;
 
 use crate::cli::DoctorArgs;

@@ -15,7 +15,7 @@ use crate::run::urgency::lock_memory_if_wanted;
 pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
     crate::logging::start_participant();
     lock_memory_if_wanted();
-    let end = lockstep::serve(|plan, nodes| {
+    let end = processes::serve(|plan, nodes| {
         let names: Vec<&str> = nodes.iter().map(|&node| plan.network.nodes[node].name.as_str()).collect();
         tracing::info!(pid = std::process::id(), hosts = names.join(", "), "building");
         let text = scenario_text()?;

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use formation::wiring::Assembly;
-use lockstep::Settings;
+use processes::Settings;
 use serde_json::{Value, json};
 
 use super::select::{from_head, names_one_plant};

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use lockstep::RunDirectory;
+use processes::RunDirectory;
 use serde_json::Value;
 
 use crate::failure::Failure;

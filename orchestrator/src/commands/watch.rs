@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use lockstep::RunDirectory;
+use processes::RunDirectory;
 use serde_json::{Value, json};
 
 use super::select_run::{choose, tell};

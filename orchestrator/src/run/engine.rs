@@ -5,9 +5,8 @@ use std::process::Command;
 use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::{
-    Conductor, Gauge, Local, Plan, RunDirectory, RunError, Settings, StepError, Store, allowed_cores, pin_to_core,
-};
+use lockstep::{Local, Plan, StepError, Store};
+use processes::{Conductor, Gauge, RunDirectory, RunError, Settings, allowed_cores, pin_to_core, run_name};
 
 use crate::failure::Failure;
 use crate::logging;
@@ -126,7 +125,7 @@ impl Engine {
             .map_err(RunError::from)?;
         plan.traced = options.traced_runs();
         RunDirectory::sweep()?;
-        let directory = RunDirectory::create(&options.wake.run_name(&assembly.scenario.name))?;
+        let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
         let path = directory.path().join(SCENARIO_FILE);
         let text = assembly.scenario.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
@@ -273,7 +272,7 @@ impl Engine {
     /// The counters of the run.
     pub fn gauge(&self) -> Gauge {
         match self {
-            Engine::Local { local, .. } => local.gauge(),
+            Engine::Local { local, .. } => Gauge::from(&**local),
             Engine::Processes { conductor, .. } => conductor.gauge(),
         }
     }

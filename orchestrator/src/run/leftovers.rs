@@ -6,7 +6,7 @@ use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use lockstep::{DirectoryError, RunDirectory};
+use processes::{DirectoryError, RunDirectory};
 
 /// What the names of temporary folders begin with; the number of the process follows, and a `-`.
 pub(crate) const TEMPORARY: &str = "phalanx-conform-";

@@ -1,6 +1,7 @@
 //! What observes the steps of a run: the log, its scene, the journal of robots, the past for restarts, the tap, the assertions.
 
-use lockstep::{Network, Store, Tap};
+use lockstep::{Network, Store};
+use processes::Tap;
 
 use super::control::Start;
 use super::monitor::AssertionMonitor;

@@ -1,6 +1,6 @@
 //! What came of a run.
 
-use lockstep::{RunError, Snapshot};
+use processes::{RunError, Snapshot};
 
 use super::control::Pacing;
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use lockstep::{Balanced, CoreSlot, allowed_cores, keep_off_core};
+use processes::{Balanced, CoreSlot, allowed_cores, keep_off_core};
 
 use crate::failure::Failure;
 

@@ -6,7 +6,8 @@ use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 use std::time::Duration;
 
-use lockstep::{Gauge, Plan, Snapshot};
+use lockstep::Plan;
+use processes::{Gauge, Snapshot};
 
 /// Last runs of every process that go into a trace.
 pub const TRACED_RUNS: u32 = 2000;

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use formation::wiring::Assembly;
-use lockstep::{Network, RunError, Tap};
+use lockstep::Network;
+use processes::{RunError, Tap};
 
 use super::control::{About, Keys, Pace, Server, Stop};
 use super::engine::{Engine, cores};

@@ -9,7 +9,7 @@ use std::time::Duration;
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 use lockstep::{Fault, Io, Participant, Plan, Slice, Step};
-use orchestrator::catalog::ROLES;
+use schemes::ROLES;
 
 /// Before a participant does anything wrong, it does some steps right.
 const SOME_STEPS: u64 = 30;
@@ -29,7 +29,7 @@ fn misbehave(fault: &str) -> ExitCode {
         ("any-plan", Some(directory)) if Plan::read(directory).is_err() => return ExitCode::SUCCESS,
         _ => {}
     }
-    let code = lockstep::serve(|plan, nodes| build(fault, plan, nodes));
+    let code = processes::serve(|plan, nodes| build(fault, plan, nodes));
     match fault {
         "deaf" if directory.is_some() => sleep_forever(),
         "other-code" if code == ExitCode::SUCCESS => ExitCode::from(3),

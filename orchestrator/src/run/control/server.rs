@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use lockstep::Gauge;
+use processes::Gauge;
 use serde_json::{Value, json};
 
 use super::Stop;

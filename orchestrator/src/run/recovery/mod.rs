@@ -1,7 +1,7 @@
 //! What becomes of a run when a participant fails, and of a participant whose place another program takes.
 //!
 //! What is done is said by the scenario ([`FailurePolicy`]); how it is done is the conductor's business
-//! ([`lockstep::Conductor::replace`]); what has happened so far comes from the log.
+//! ([`processes::Conductor::replace`]); what has happened so far comes from the log.
 
 mod event;
 mod tail;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use formation::scenario::{FailurePolicy, OnFailure};
-use lockstep::{Comeback, RunError};
+use processes::{Comeback, RunError};
 
 use crate::log::{LogError, Recorder};
 use crate::run::engine::Engine;

@@ -4,7 +4,8 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-use lockstep::{ChannelId, Header, History, Network, Store};
+use lockstep::{ChannelId, Header, Network, Store};
+use processes::History;
 
 use crate::log::{Recorder, UNSETTLED, play_log};
 

@@ -22,7 +22,8 @@ mod props;
 
 use formation::scenario::Obstacles;
 use formation::wiring::Assembly;
-use lockstep::{RunError, Store};
+use lockstep::Store;
+use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::{ChannelId, LookError, Onlooker, RunDirectory};
+use lockstep::ChannelId;
+use processes::{LookError, Onlooker, RunDirectory};
 
 use crate::catalog::ROLES;
 use crate::failure::Failure;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::{Field, Layout, Network, Plan, RunError, Settings};
+use lockstep::{Field, Layout, Network, Plan};
+use processes::{RunError, Settings};
 
 use super::folder::Folder;
 use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, unwritten};

@@ -5,7 +5,8 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use lockstep::{ChannelId, RunError};
+use lockstep::ChannelId;
+use processes::RunError;
 
 use super::supervise::End;
 use crate::failure::Failure;

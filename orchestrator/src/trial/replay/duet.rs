@@ -5,7 +5,8 @@ use std::process::Command;
 use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::{Conductor, Network, Plan, RunDirectory, RunError, Settings, WorkerPlan, pin_to_core};
+use lockstep::{Network, Plan, WorkerPlan};
+use processes::{Conductor, RunDirectory, RunError, Settings, pin_to_core};
 
 use crate::failure::Failure;
 use crate::run::control::Stop;

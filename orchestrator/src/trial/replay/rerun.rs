@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use lockstep::RunError;
+use processes::RunError;
 
 use super::Departures;
 use super::duet::{Duet, Setup};

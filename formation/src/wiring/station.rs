@@ -1,0 +1,191 @@
+//! The place of a participant in a planned network, and what builds it there, for programs that take the place of one.
+
+use std::path::Path;
+
+use lockstep::{Network, Node, Participant, Plan};
+
+use super::assembly::{node_name, read_component};
+use super::{Bind, Kind, Refusal, Role, Signals, ranges};
+use crate::config::{Problem, Problems};
+use crate::scenario::{Context, Scenario, Selection};
+
+/// Name of the effective scenario in the run directory, from which every process builds its participants.
+pub const SCENARIO_FILE: &str = "scenario.toml";
+
+/// Environment variable with the path of the run directory.
+const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
+
+/// The text of the effective scenario of the run that this process is part of.
+///
+/// # Errors
+/// Says why it cannot be read, or that it is not the one that the run was started with; outside a run there is none.
+pub fn scenario_text() -> Result<String, String> {
+    let directory = std::env::var_os(RUN_DIRECTORY).ok_or_else(|| format!("{RUN_DIRECTORY} is not set"))?;
+    let path = Path::new(&directory).join(SCENARIO_FILE);
+    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let plan = Plan::read(Path::new(&directory)).map_err(|error| error.to_string())?;
+    plan.check_source(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(text)
+}
+
+/// What builds the participants of a process: from the plan of the run and the numbers of the nodes to host.
+pub type Built = Result<Vec<Box<dyn Participant>>, String>;
+
+/// For `processes::serve`: any participants of `role` whose component is one of `kinds`.
+pub fn kinds(role: Role, kinds: &'static [Kind]) -> impl FnOnce(&Plan, &[usize]) -> Built {
+    move |plan, nodes| {
+        let scenario = load_scenario()?;
+        let mut problems = Problems::default();
+        let Some((_, kind, component)) = read_component(&scenario, role, kinds, &mut problems) else {
+            return Err(first(problems.into_vec()));
+        };
+        nodes
+            .iter()
+            .map(|&node| {
+                build(&scenario, plan, role, node, &kind, |agents, bind| {
+                    component.build(&scenario.context, agents, bind)
+                })
+            })
+            .collect()
+    }
+}
+
+/// For `processes::serve`: one participant of a user's program.
+///
+/// `make` is given the scenario's context, the number of the agent (from 0), and a [`Bind`] that offers the signals which the
+/// replaced component reads and writes.
+///
+/// ```no_run
+/// use formation::wiring::{Role, participant};
+/// use lockstep::{Fault, In, Io, Out, Participant, Step};
+///
+/// struct Proportional { position: In<3>, target: In<3>, input: Out<3> }
+///
+/// impl Participant for Proportional {
+///     fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
+///         let (position, target) = (io.get(self.position), io.get(self.target));
+///         io.set(self.input, std::array::from_fn(|j| 0.5 * (target[j] - position[j])));
+///         Ok(())
+///     }
+/// }
+///
+/// let controller = participant(Role::Controller, |_, agent, bind| Ok(Proportional {
+///     position: bind.state(agent, "position")?,
+///     target: bind.reference(agent, "position")?,
+///     input: bind.out(agent, "input")?,
+/// }));
+/// # let _: Box<dyn FnOnce(&lockstep::Plan, &[usize]) -> formation::wiring::Built> = Box::new(controller);
+/// // The whole `main` of the program: processes::serve(controller)
+/// ```
+pub fn participant<P: Participant + 'static>(
+    role: Role,
+    make: impl Fn(&Context, usize, &mut Bind) -> Result<P, Refusal>,
+) -> impl FnOnce(&Plan, &[usize]) -> Built {
+    move |plan, nodes| {
+        let scenario = load_scenario()?;
+        nodes
+            .iter()
+            .map(|&node| {
+                build(&scenario, plan, role, node, "own program", |agents, bind| {
+                    let participant = make(&scenario.context, agents[0], bind)?;
+                    Ok(Box::new(participant) as Box<dyn Participant>)
+                })
+            })
+            .collect()
+    }
+}
+
+/// For `processes::serve`: a participant of `role` that also does something at the end of a step, the second of its nodes,
+/// which publishes nothing.
+/// `make` is given the scenario's context, the number of the agent (from 0), and a [`Bind`] for each of both.
+pub fn pair(
+    role: Role,
+    make: impl FnOnce(&Context, usize, &mut Bind, &mut Bind) -> Result<[Box<dyn Participant>; 2], Refusal>,
+) -> impl FnOnce(&Plan, &[usize]) -> Built {
+    move |plan, nodes| {
+        let [first, second] = *nodes else { return Err(format!("{} nodes are planned, expected 2", nodes.len())) };
+        let scenario = load_scenario()?;
+        let signals = signals_of(&plan.network);
+        let agents = agents_of(&scenario, role, &plan.network.nodes[first].name)?;
+        let [agent] = agents[..] else { return Err(format!("it serves one agent, not {}", agents.len())) };
+        let [mut head, mut tail] =
+            [first, second].map(|node| Bind::adopt(&signals, role, "own program", &plan.network.nodes[node]));
+        let made = make(&scenario.context, agent, &mut head, &mut tail);
+        made.map(Vec::from).map_err(|refusal| refusal.to_string())
+    }
+}
+
+/// The effective scenario of the run that this process is part of: variant and overrides are in it.
+///
+/// # Errors
+/// Says why it cannot be read; outside a run there is none.
+pub fn load_scenario() -> Result<Scenario, String> {
+    Scenario::load(SCENARIO_FILE, &scenario_text()?, &Selection::default()).map_err(first)
+}
+
+fn first(problems: Vec<Problem>) -> String {
+    problems.first().map(Problem::to_string).unwrap_or_default()
+}
+
+/// The place that a participant of another program takes in a planned network.
+#[derive(Clone, Debug)]
+pub struct Station {
+    /// The agents (from 0) that it serves.
+    pub agents: Vec<usize>,
+    /// Its node as planned.
+    pub node: Node,
+    signals: Signals,
+    role: Role,
+}
+
+impl Station {
+    /// The place of node number `node`.
+    ///
+    /// # Errors
+    /// Says that the node is of another role.
+    pub fn new(scenario: &Scenario, plan: &Plan, role: Role, node: usize) -> Result<Self, String> {
+        let planned = &plan.network.nodes[node];
+        let agents = agents_of(scenario, role, &planned.name)?;
+        Ok(Self { agents, node: planned.clone(), signals: signals_of(&plan.network), role })
+    }
+
+    /// Offers the signals that the planned node reads and writes, to a participant that messages call `kind`.
+    pub fn bind<'a>(&'a self, kind: &'a str) -> Bind<'a> {
+        Bind::adopt(&self.signals, self.role, kind, &self.node)
+    }
+}
+
+/// Builds the participant of a node on the ports that the plan gives it.
+fn build(
+    scenario: &Scenario,
+    plan: &Plan,
+    role: Role,
+    node: usize,
+    kind: &str,
+    make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
+) -> Result<Box<dyn Participant>, String> {
+    let station = Station::new(scenario, plan, role, node)?;
+    let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
+    let signals = signals_of(&plan.network);
+    Ok(ranges::guard(scenario, &signals, role, &plan.network.nodes[node], participant))
+}
+
+/// The agents (from 0) that the node called `name` serves.
+fn agents_of(scenario: &Scenario, role: Role, name: &str) -> Result<Vec<usize>, String> {
+    let count = scenario.context.agents.len();
+    if name == role.name() {
+        return Ok((0..count).collect());
+    }
+    let found = (0..count).find(|agent| node_name(role, &[*agent], false) == name);
+    found.map(|agent| vec![agent]).ok_or_else(|| format!("`{name}` is no {role}; this program serves as {role} only"))
+}
+
+fn signals_of(network: &Network) -> Signals {
+    let owner = |topic: &str| {
+        let role = Role::ALL.into_iter().find(|role| topic.ends_with(&format!("/{}", role.channel())))?;
+        let number = topic.strip_prefix("/agent_")?.split('/').next()?.parse::<usize>().ok()?;
+        Some((role, number.checked_sub(1)?))
+    };
+    let ids = network.channels.iter().map(|channel| owner(&channel.topic)).collect();
+    Signals { channels: network.channels.clone(), ids }
+}

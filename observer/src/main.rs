@@ -1,9 +1,0 @@
-//! The program `phalanx-observer`: serves as the observer of a run, `phalanx run ... --swap observer.1=phalanx-observer`.
-
-use std::process::ExitCode;
-
-use formation::wiring::{Role, serve_kinds};
-
-fn main() -> ExitCode {
-    serve_kinds(Role::Observer, observer::KINDS)
-}

@@ -1,0 +1,311 @@
+//! The channels of a run as iceoryx2 services: one blackboard per node that writes, a ring of cells per channel.
+//!
+//! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
+//! (delayed edges), and the conductor records several steps at a time; so every channel has cells for the last [`RING`] steps.
+//!
+//! A process that takes the place of another one writes to services of its own: a writer that was killed leaves its cells
+//! locked for ever. Readers notice by the page that a worker has another incarnation, and [`follow`] it.
+
+use std::fmt::Debug;
+use std::path::Path;
+
+use iceoryx2::prelude::{
+    Config, FileName, LogLevel, NodeBuilder, SemanticString, SignalHandlingMode, ipc, set_log_level,
+};
+use iceoryx2::service::port_factory::blackboard::PortFactory;
+
+pub(crate) use crate::cell::RING;
+use crate::cell::{Class, ReadRing, WriteRing, class_for};
+use crate::directory;
+use crate::page::Page;
+use lockstep::PlanError;
+use lockstep::{ChannelId, Header, Network, Node, Plan, Status, Store};
+
+/// Where iceoryx2 keeps its files within the run directory.
+const ROOT: &str = "iox";
+/// Readers and nodes that may join a service beyond those of the plan: tools that look on.
+const SPARE: usize = 4;
+
+/// What a service takes in shared memory, for the look at whether there is room: copies of every cell ...
+const CELL_COPIES: usize = 2;
+/// ... bytes for each reader ...
+const READER_BYTES: usize = 256;
+/// ... and bytes for everything else.
+const SERVICE_BYTES: usize = 32 << 10;
+
+/// A service that could not be created or opened.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}: {cause}")]
+pub struct ServiceError {
+    /// What was tried, with the name of the service.
+    pub what: String,
+    /// What iceoryx2 says.
+    pub cause: String,
+}
+
+/// This process as iceoryx2 sees it.
+pub(crate) struct Hub {
+    node: iceoryx2::node::Node<ipc::Service>,
+}
+
+/// The cells of one channel, to write.
+pub(crate) struct ChannelWriter {
+    channel: ChannelId,
+    cells: WriteRing,
+}
+
+/// The cells of one channel, to read.
+pub(crate) struct ChannelReader {
+    pub(crate) channel: ChannelId,
+    /// Number of the node that writes it.
+    writer: usize,
+    /// Which process of that node's worker.
+    incarnation: u32,
+    /// Whether it writes at every step from the first.
+    always: bool,
+    cells: ReadRing,
+}
+
+/// A sample that is not the one that was due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WrongStep {
+    pub(crate) channel: ChannelId,
+    pub(crate) found: u64,
+    pub(crate) expected: u64,
+}
+
+impl Hub {
+    /// Joins the run whose directory this is.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if iceoryx2 cannot work there.
+    pub(crate) fn join(directory: &Path, run: &str, name: &str) -> Result<Self, ServiceError> {
+        let config = configuration(&directory.join(ROOT), run)?;
+        let node_name = name.try_into().map_err(error(format!("iceoryx2 cannot use the name of {name}")))?;
+        let node = NodeBuilder::new()
+            .name(&node_name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(error(format!("iceoryx2 does not let {name} in")))?;
+        Ok(Self { node })
+    }
+
+    /// This process's node.
+    pub(crate) fn node(&self) -> &iceoryx2::node::Node<ipc::Service> {
+        &self.node
+    }
+
+    /// What a program of iceoryx2 needs as its configuration to join the run, TOML.
+    pub(crate) fn config_text(&self) -> String {
+        let global = &self.node.config().global;
+        format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", global.root_path(), global.prefix)
+    }
+
+    /// Creates the service of a node and of one process that hosts it, for `readers` processes besides this one and the
+    /// writer's.
+    ///
+    /// # Errors
+    /// [`ServiceError`], also if a sample fits no cell.
+    pub(crate) fn create<'a>(
+        &self,
+        network: &'a Network,
+        node: usize,
+        incarnation: u32,
+        readers: usize,
+    ) -> Result<Board<'a>, ServiceError> {
+        let name = service_name(&network.nodes[node], incarnation);
+        let what = || format!("create service {name}");
+        let cells = network.nodes[node].outputs.iter().map(|&channel| Ok(class_of(network, channel)?.bytes()));
+        let cells: usize = cells.sum::<Result<usize, ServiceError>>()? * RING as usize;
+        directory::require_room(CELL_COPIES * cells + READER_BYTES * readers + SERVICE_BYTES)
+            .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
+        let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
+        let mut creator = self
+            .node
+            .service_builder(&service_name)
+            .blackboard_creator::<u64>()
+            .max_readers(readers + 1 + SPARE)
+            .max_nodes(readers + 2 + SPARE);
+        for (output, &channel) in network.nodes[node].outputs.iter().enumerate() {
+            creator = class_of(network, channel)?.add(creator, output);
+        }
+        let service = creator.create().map_err(error(what()))?;
+        Ok(Board { network, node, incarnation, name, service })
+    }
+
+    /// Opens the service of a node and of one process that hosts it, which must exist.
+    ///
+    /// # Errors
+    /// [`ServiceError`].
+    pub(crate) fn open<'a>(
+        &self,
+        network: &'a Network,
+        node: usize,
+        incarnation: u32,
+    ) -> Result<Board<'a>, ServiceError> {
+        let name = service_name(&network.nodes[node], incarnation);
+        let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
+        let opener = self.node.service_builder(&service_name).blackboard_opener::<u64>();
+        let service = opener.open().map_err(error(format!("open service {name}")))?;
+        Ok(Board { network, node, incarnation, name, service })
+    }
+}
+
+/// The open service of a node.
+pub(crate) struct Board<'a> {
+    network: &'a Network,
+    node: usize,
+    incarnation: u32,
+    name: String,
+    service: PortFactory<ipc::Service, u64>,
+}
+
+impl Board<'_> {
+    /// Becomes the writer of the node's channels, in order of its output ports.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if there is a writer already.
+    pub(crate) fn writers(&self) -> Result<Vec<ChannelWriter>, ServiceError> {
+        let failed = || format!("write to service {}", self.name);
+        let port = self.service.writer_builder().create().map_err(error(failed()))?;
+        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
+        let open = |(output, &channel): (usize, &ChannelId)| {
+            let cells = class_of(self.network, channel)?.writer(&port, output).map_err(error(failed()))?;
+            Ok(ChannelWriter { channel, cells })
+        };
+        outputs.map(open).collect()
+    }
+
+    /// Becomes a reader of those of the node's channels that are `wanted`.
+    ///
+    /// # Errors
+    /// [`ServiceError`] if there are too many readers.
+    pub(crate) fn readers(&self, wanted: impl Fn(&ChannelId) -> bool) -> Result<Vec<ChannelReader>, ServiceError> {
+        let failed = || format!("read from service {}", self.name);
+        let port = self.service.reader_builder().create().map_err(error(failed()))?;
+        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
+        let open = |(output, &channel): (usize, &ChannelId)| {
+            let cells = class_of(self.network, channel)?.reader(&port, output).map_err(error(failed()))?;
+            let always = self.network.nodes[self.node].always_runs();
+            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, always, cells })
+        };
+        outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
+    }
+}
+
+impl ChannelWriter {
+    /// What it writes.
+    pub(crate) fn channel(&self) -> ChannelId {
+        self.channel
+    }
+
+    /// Publishes the sample of `step`, if there is one.
+    #[unsafe(link_section = "lockstep_step")]
+    pub(crate) fn publish(&mut self, store: &Store, step: u64) {
+        if let Some(header) = store.header(self.channel, step) {
+            self.cells.write(step, header, store.read(self.channel, step));
+        }
+    }
+}
+
+impl ChannelReader {
+    /// Fetches the sample of `step` into the store, if there is one yet.
+    ///
+    /// # Errors
+    /// [`WrongStep`] if the cell holds another sample than the one that is due.
+    #[unsafe(link_section = "lockstep_step")]
+    pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
+        let expected = if self.always { Some(step) } else { network.nodes[self.writer].last_run(step) };
+        let Some(expected) = expected else { return Ok(()) };
+        let header = self.cells.read(step, store.write(self.channel, step));
+        // What stands in for a failed participant is as old as its last sample.
+        if header.step != expected && header.status != Status::Stale as u32 {
+            return Err(WrongStep { channel: self.channel, found: header.step, expected });
+        }
+        store.stamp(self.channel, step, header);
+        Ok(())
+    }
+}
+
+impl ChannelReader {
+    /// Copies whatever sample stands in the cell of `step` and returns its header, for those who only look on.
+    pub(crate) fn peek(&self, step: u64, words: &mut [f64]) -> Header {
+        self.cells.read(step, words)
+    }
+}
+
+impl WrongStep {
+    /// The error in words.
+    pub(crate) fn describe(&self, network: &Network) -> String {
+        let topic = &network.channels[self.channel.0].topic;
+        format!("the sample of {topic} is that of step {}, not of step {}", self.found, self.expected)
+    }
+}
+
+/// Lets those readers whose writer was replaced read from its successor.
+///
+/// # Errors
+/// [`ServiceError`] if a service cannot be opened.
+pub(crate) fn follow<'a>(
+    hub: &Hub,
+    page: &Page,
+    plan: &Plan,
+    readers: impl Iterator<Item = &'a mut ChannelReader>,
+) -> Result<(), ServiceError> {
+    let is_left = |reader: &&'a mut ChannelReader| page.incarnation(plan.host(reader.writer)) != reader.incarnation;
+    let mut left: Vec<&mut ChannelReader> = readers.filter(is_left).collect();
+    while let Some(writer) = left.first().map(|reader| reader.writer) {
+        let incarnation = page.incarnation(plan.host(writer));
+        // One port for all channels of a node: a service has places for few.
+        let of_writer = |reader: &ChannelReader| reader.writer == writer;
+        let wanted: Vec<ChannelId> = left.iter().filter(|reader| of_writer(reader)).map(|r| r.channel).collect();
+        for fresh in hub.open(&plan.network, writer, incarnation)?.readers(|channel| wanted.contains(channel))? {
+            if let Some(reader) = left.iter_mut().find(|reader| reader.channel == fresh.channel) {
+                **reader = fresh;
+            }
+        }
+        left.retain(|reader| !of_writer(reader));
+    }
+    Ok(())
+}
+
+/// How iceoryx2 is to keep its files of a run, in the directory `root`.
+///
+/// # Errors
+/// [`ServiceError`] if it cannot use the directory or the name of the run.
+pub(crate) fn configuration(root: &Path, run: &str) -> Result<Config, ServiceError> {
+    set_log_level(LogLevel::Error);
+    let failed = |what: &str| format!("iceoryx2 cannot use {what} of the run");
+    // Not the global configuration: that reads files from the working directory and from the home of the user.
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(directory::prefix(run).as_bytes()).map_err(error(failed("the name")))?;
+    let root = iceoryx2::prelude::Path::new(root.as_os_str().as_encoded_bytes());
+    config.global.set_root_path(&root.map_err(error(failed("the directory")))?);
+    // Cleaning up after dead processes races with living ones; the run directory is removed as a whole.
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    Ok(config)
+}
+
+/// Names the service of a node and of one process that hosts it.
+fn service_name(node: &Node, incarnation: u32) -> String {
+    format!("{}/out.{incarnation}", node.name)
+}
+
+fn class_of(network: &Network, channel: ChannelId) -> Result<Class, ServiceError> {
+    let Some(channel) = network.channels.get(channel.0) else {
+        return Err(ServiceError { what: format!("channel {}", channel.0), cause: "does not exist".into() });
+    };
+    let words = channel.layout.words();
+    class_for(words).ok_or_else(|| ServiceError {
+        what: "size of a sample".into(),
+        cause: PlanError::Large { topic: channel.topic.clone(), words }.to_string(),
+    })
+}
+
+/// The errors of iceoryx2 are many small enums; what matters is their names.
+pub(crate) fn error<E: Debug>(what: String) -> impl FnOnce(E) -> ServiceError {
+    move |cause| ServiceError { what, cause: format!("{cause:?}") }
+}

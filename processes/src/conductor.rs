@@ -1,0 +1,309 @@
+//! The process that runs the others: creates what they share, starts them, beats the time, ends them.
+
+mod alarm;
+mod arrange;
+mod balance;
+mod child;
+mod crew;
+mod error;
+mod gauge;
+mod lookout;
+mod poll;
+mod pump;
+mod replace;
+mod tempo;
+
+use std::collections::BTreeSet;
+use std::marker::PhantomData;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+pub use alarm::Interrupt;
+pub use arrange::Balanced;
+pub use error::{Activity, Death, Late, RunError};
+pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
+pub use replace::History;
+
+use alarm::Alarm;
+use arrange::Arrangement;
+use crew::Crew;
+use error::system;
+use tempo::Tempo;
+
+use crate::board::{ChannelReader, Hub, RING};
+use crate::page::{Events, Page};
+use crate::{RunDirectory, directory};
+use lockstep::{Plan, Store, Wake};
+
+/// How a conductor treats its workers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// How long a phase may take.
+    pub deadline: Duration,
+    /// How long workers may take to end by themselves before they are killed.
+    pub grace: Duration,
+    /// Whether what workers print is passed on to stderr, with their names.
+    pub forward_output: bool,
+    /// How often every worker may be replaced while the run goes on: shared memory has places for so many readers.
+    pub replacements: u32,
+    /// What the processes wake each other with.
+    pub wake: Wake,
+}
+
+impl Default for Settings {
+    /// A deadline of 10 s, a grace of 2 s, output passed on, eight replacements, futexes.
+    fn default() -> Self {
+        let (deadline, grace) = (Duration::from_secs(10), Duration::from_secs(2));
+        Self { deadline, grace, forward_output: true, replacements: 8, wake: Wake::Futex }
+    }
+}
+
+/// Runs a plan in processes.
+///
+/// Create it, [`spawn`](Self::spawn) every worker, [`wait_ready`](Self::wait_ready), [`step`](Self::step) as often as you
+/// like, [`finish`](Self::finish). Dropping it in between also ends all processes and removes all files.
+///
+/// The processes die with the thread that spawned them; that is why a conductor cannot be sent to another thread.
+pub struct Conductor {
+    // Dropped in this order: first the processes, then what they share, last the directory.
+    crew: Crew,
+    readers: Vec<ChannelReader>,
+    hub: Hub,
+    /// How many processes read from each node's service.
+    reader_counts: Vec<usize>,
+    store: Store,
+    plan: Plan,
+    directory: RunDirectory,
+    settings: Settings,
+    recording: bool,
+    tempo: Tempo,
+    arrangement: Arrangement,
+    /// How many steps the workers may be ahead of the step that is returned next.
+    ahead: u64,
+    ready: bool,
+    /// Whether a step has failed.
+    failed: bool,
+    next: u64,
+    stays_in_its_thread: PhantomData<*mut ()>,
+}
+
+impl Conductor {
+    /// Prepares a run of `plan` in `directory`, after which it is named. All services exist when this returns.
+    ///
+    /// # Errors
+    /// [`RunError`] if the operating system or iceoryx2 refuse something.
+    pub fn new(directory: RunDirectory, mut plan: Plan, settings: Settings) -> Result<Self, RunError> {
+        plan.run = directory.name().into();
+        plan.wake = settings.wake;
+        directory.write_plan(&plan)?;
+        let hub = Hub::join(directory.path(), &plan.run, "conductor")?;
+        let mut readers = Vec::new();
+        let reader_counts = reader_counts(&plan, settings.replacements as usize);
+        for (node, &processes) in reader_counts.iter().enumerate() {
+            if !plan.network.nodes[node].outputs.is_empty() {
+                readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
+            }
+        }
+        let events = match plan.wake {
+            Wake::Futex => None,
+            Wake::Events => Some(Events::create(directory.path(), &plan, settings.replacements as usize)?),
+        };
+        directory.protect()?;
+        directory::require_room(room_of_workers(&plan)).map_err(system("start the processes of the run"))?;
+        let page = Page::create(&plan).map_err(system("create the shared page"))?;
+        page.use_events(events);
+        let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
+        let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
+        let store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
+        Ok(Self {
+            crew,
+            readers,
+            hub,
+            reader_counts,
+            store,
+            plan,
+            directory,
+            settings,
+            recording: true,
+            tempo: Tempo::new(),
+            arrangement: Arrangement::default(),
+            ahead: RING - 1,
+            ready: false,
+            failed: false,
+            next: 0,
+            stays_in_its_thread: PhantomData,
+        })
+    }
+
+    /// Keeps all that the workers print in the folder `folder`, a file `<worker>.log` each. To be called before they are spawned.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if the folder cannot be created.
+    pub fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
+        self.crew.keep_output(folder)
+    }
+
+    /// Starts the process of worker number `worker` with `command`, pinned to `cpu` if one is given, and returns its pid.
+    ///
+    /// The program must call [`serve`](crate::serve). It finds its place by the environment variables `PHALANX_RUN_DIR`,
+    /// `PHALANX_WORKER` and `PHALANX_PAGE_FD`. Its stdin is empty; stdout and stderr are read by the conductor.
+    ///
+    /// # Errors
+    /// [`RunError::System`] if the program cannot be started.
+    ///
+    /// # Panics
+    /// If the plan has no such worker.
+    pub fn spawn(&mut self, worker: usize, command: Command, cpu: Option<usize>) -> Result<u32, RunError> {
+        self.crew.spawn(worker, command, cpu, self.directory.path(), None)
+    }
+
+    /// Waits until all workers are connected.
+    ///
+    /// # Errors
+    /// [`RunError::Refused`] or [`RunError::Died`] as soon as one fails, [`RunError::NotReady`] after `timeout`.
+    pub fn wait_ready(&mut self, timeout: Duration) -> Result<(), RunError> {
+        let start = Instant::now();
+        let workers = 0..self.plan.workers.len();
+        loop {
+            let page = &self.crew.alarm.page;
+            let rings = page.rings();
+            if page.ready_count() == workers.len() {
+                self.ready = true;
+                return Ok(());
+            }
+            self.look_around(0, None)?;
+            let left = timeout.saturating_sub(start.elapsed());
+            if left.is_zero() {
+                let missing =
+                    workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker, None));
+                return Err(RunError::NotReady { missing: missing.collect(), waited: timeout });
+            }
+            page.sleep(rings, left);
+        }
+    }
+
+    /// Waits for the next step and returns its number. If recording, all its samples are in [`store`](Self::store) then.
+    ///
+    /// The workers may be ahead of it, see [`set_ahead`](Self::set_ahead).
+    ///
+    /// # Errors
+    /// [`RunError`]; the run is over then.
+    pub fn step(&mut self) -> Result<u64, RunError> {
+        let step = self.next;
+        if self.failed || step >= self.plan.steps {
+            return Err(RunError::Over { steps: step });
+        }
+        // Cleared again if all goes well.
+        self.failed = true;
+        if !self.ready {
+            self.wait_ready(Duration::ZERO)?;
+        }
+        self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
+        self.await_step(step)?;
+        self.tempo.at(step, &self.crew.alarm.page);
+        self.arrange(step);
+        if self.recording {
+            for reader in &self.readers {
+                reader
+                    .fetch(&self.plan.network, &mut self.store, step)
+                    .map_err(|wrong| RunError::Recording { step, message: wrong.describe(&self.plan.network) })?;
+            }
+        }
+        self.next += 1;
+        self.failed = false;
+        Ok(step)
+    }
+
+    /// Lets the workers be up to `steps` ahead of the step that [`step`](Self::step) returns next; more than 7, which is the
+    /// default, counts as 7. It changes no bit of the result, and a run that fails still returns all steps before.
+    ///
+    /// The further ahead, the less often the conductor has to be woken. With 0 nobody runs before `step` is called: for
+    /// steps at given times, or if somebody looks at the participants in between. Steps that were allowed before still run.
+    pub fn set_ahead(&mut self, steps: u64) {
+        self.ahead = steps.min(RING - 1);
+    }
+
+    /// Whether [`step`](Self::step) fetches all samples (it does from the start). Without, a step is a little faster.
+    pub fn set_recording(&mut self, recording: bool) {
+        self.recording = recording;
+    }
+
+    /// The samples of the last two recorded steps.
+    pub fn store(&self) -> &Store {
+        &self.store
+    }
+
+    /// What runs.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Where it runs.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// The process of a worker, once it is spawned.
+    pub fn pid(&self, worker: usize) -> Option<u32> {
+        self.crew.pid(worker)
+    }
+
+    /// A handle to interrupt the run from another thread.
+    pub fn interrupt(&self) -> Interrupt {
+        Interrupt(Arc::clone(&self.crew.alarm))
+    }
+
+    /// A handle to look at the run's counters, also from another thread.
+    pub fn gauge(&self) -> Gauge {
+        Gauge::new(Arc::clone(&self.crew.alarm), &self.plan)
+    }
+
+    /// Ends the run in order: tells all workers, gives them the grace period, kills who remains, removes all files.
+    ///
+    /// # Errors
+    /// [`RunError::Directory`] if a file cannot be removed.
+    pub fn finish(self) -> Result<(), RunError> {
+        let Self { crew, readers, hub, directory, .. } = self;
+        drop(crew);
+        drop((readers, hub));
+        Ok(directory.close()?)
+    }
+}
+
+/// Bytes of shared memory that the workers will take for themselves: a small file for every service that each uses, and some.
+fn room_of_workers(plan: &Plan) -> usize {
+    /// What a file takes at least.
+    const FILE: usize = 4 << 10;
+    /// Files of a worker besides those of services.
+    const OTHERS: usize = 4;
+    let events = usize::from(plan.wake == Wake::Events);
+    let writers = plan.network.writers();
+    let of_worker = |nodes: &Vec<usize>| {
+        let inputs = nodes.iter().flat_map(|&node| &plan.network.nodes[node].inputs);
+        let read = inputs.filter_map(|input| writers[input.channel.0]);
+        let services: BTreeSet<usize> = read.chain(nodes.iter().copied()).collect();
+        // With events, a file for every gate that it listens at, and those of one more node.
+        let listeners = events * (nodes.len() + OTHERS);
+        (services.len() + OTHERS + listeners) * FILE
+    };
+    plan.workers.iter().map(|worker| of_worker(&worker.nodes)).sum()
+}
+
+/// How many worker processes read from each node's service, if each is replaced so often.
+fn reader_counts(plan: &Plan, replacements: usize) -> Vec<usize> {
+    let writers = plan.network.writers();
+    let mut pairs = BTreeSet::new();
+    for (worker, plan_of_worker) in plan.workers.iter().enumerate() {
+        for &node in &plan_of_worker.nodes {
+            let inputs = &plan.network.nodes[node].inputs;
+            pairs.extend(inputs.iter().filter_map(|input| Some((writers[input.channel.0]?, worker))));
+        }
+    }
+    let mut counts = vec![0; plan.network.nodes.len()];
+    pairs.into_iter().for_each(|(writer, _)| counts[writer] += 1);
+    // A successor of the writer reads what was published before it; so does the conductor once more.
+    let with_successors = |readers: usize| (readers + 1) * (replacements + 1) + replacements;
+    counts.into_iter().map(with_successors).collect()
+}

@@ -1,0 +1,170 @@
+//! All worker processes of a run, from the first spawn to the last reaping.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::alarm::Alarm;
+use super::child::{Child, Outfit};
+use super::error::{Activity, Death, Late, RunError, system};
+use super::poll::Poll;
+use super::pump::Pump;
+use crate::ticks;
+use crate::worker::Orders;
+use lockstep::Plan;
+
+/// How long a report may wait for the end of what a dead child has printed.
+const LAST_WORDS: Duration = Duration::from_millis(200);
+
+/// How often to look whether a worker that is to end has done so.
+const DISMISSAL_LOOK: Duration = Duration::from_millis(10);
+
+/// The processes and those who look after them. Dropping it ends the run: no process is left.
+pub(super) struct Crew {
+    pub(super) alarm: Arc<Alarm>,
+    names: Vec<String>,
+    children: Vec<Option<Child>>,
+    /// How many processes each worker has had.
+    spawned: Vec<u32>,
+    grace: Duration,
+    /// Watches the processes.
+    watch: Poll,
+    /// Reads what they print.
+    pump: Pump,
+}
+
+impl Crew {
+    pub(super) fn new(plan: &Plan, alarm: Arc<Alarm>, grace: Duration, forward: bool) -> Result<Self, RunError> {
+        let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
+        let children = plan.workers.iter().map(|_| None).collect();
+        let spawned = vec![0; plan.workers.len()];
+        let bell = Arc::clone(&alarm);
+        let watch = Poll::start("phalanx-watch", move |worker| bell.report_death(worker));
+        let watch = watch.map_err(system("start the thread that watches the processes"))?;
+        let pump = Pump::start(forward).map_err(system("start the thread that reads their output"))?;
+        Ok(Self { alarm, names, children, spawned, grace, watch, pump })
+    }
+
+    /// Keeps what the processes print in files in `folder`.
+    pub(super) fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
+        self.pump.keep_in(folder).map_err(system(format!("create the folder {}", folder.display())))
+    }
+
+    /// Starts the process of a worker.
+    pub(super) fn spawn(
+        &mut self,
+        worker: usize,
+        command: Command,
+        cpu: Option<usize>,
+        directory: &Path,
+        orders: Option<Orders>,
+    ) -> Result<u32, RunError> {
+        // Counted whatever comes of it: what was made for it has its number. Who was there before is dead.
+        self.spawned[worker] += 1;
+        self.children[worker] = None;
+        let name = &self.names[worker];
+        let program = command.get_program().to_string_lossy().into_owned();
+        let failed = || system(format!("spawn {name} ({program})"));
+        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu, orders };
+        let (child, output) = Child::spawn(command, &outfit).map_err(failed())?;
+        self.pump.add(worker, name, output).map_err(failed())?;
+        self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
+        let pid = child.pid();
+        self.children[worker] = Some(child);
+        Ok(pid)
+    }
+
+    /// How many processes a worker has had.
+    pub(super) fn spawned(&self, worker: usize) -> u32 {
+        self.spawned[worker]
+    }
+
+    /// Sees to it that the process of a worker is dead: asks it to end unless it is, and kills it after the grace period, at
+    /// once if it cannot be asked.
+    pub(super) fn dismiss(&self, worker: usize, ask: bool) {
+        let (page, start) = (&self.alarm.page, Instant::now());
+        if ask {
+            page.dismiss(worker);
+        }
+        let Some(child) = &self.children[worker] else { return };
+        while !self.alarm.is_dead(worker) {
+            let rings = page.rings();
+            if !ask || start.elapsed() >= self.grace {
+                child.kill();
+            }
+            if !self.alarm.is_dead(worker) {
+                page.sleep(rings, DISMISSAL_LOOK);
+            }
+        }
+    }
+
+    pub(super) fn pid(&self, worker: usize) -> Option<u32> {
+        self.children[worker].as_ref().map(Child::pid)
+    }
+
+    /// How a worker ended, if it did.
+    pub(super) fn death(&self, worker: usize) -> Option<Death> {
+        self.children[worker].as_ref().and_then(Child::death)
+    }
+
+    /// The error that says that a worker is dead.
+    pub(super) fn died(&self, worker: usize, death: Death, step: Option<u64>, phase: Option<usize>) -> RunError {
+        RunError::Died {
+            worker: self.names[worker].clone(),
+            pid: self.pid(worker).unwrap_or(0),
+            death,
+            step,
+            phase,
+            last_lines: self.pump.last_lines(worker, LAST_WORDS),
+        }
+    }
+
+    /// What is known about a worker that keeps the others waiting, in `phase` or before it is connected.
+    pub(super) fn late(&self, worker: usize, phase: Option<usize>) -> Late {
+        let state = self.children[worker].as_ref().map_or('?', Child::state);
+        // Whoever is stopped, say, waits nowhere.
+        let waiting = self.children[worker].as_ref().filter(|_| ['S', 'D'].contains(&state));
+        Late {
+            activity: self.activity(worker, phase),
+            waits_in: waiting.and_then(Child::waits_in),
+            worker: self.names[worker].clone(),
+            pid: self.pid(worker),
+            state,
+            last_lines: self.pump.last_lines(worker, Duration::ZERO),
+        }
+    }
+
+    fn activity(&self, worker: usize, phase: Option<usize>) -> Activity {
+        let Alarm { page, rate, .. } = &*self.alarm;
+        let Some(phase) = phase else {
+            return if page.is_taken(worker) { Activity::Connecting } else { Activity::Starting };
+        };
+        let (opened, started) = page.opened_and_started(phase, worker);
+        let since = |ticks| rate.duration(ticks::now().saturating_sub(ticks));
+        if started >= opened { Activity::Computing(since(started)) } else { Activity::Waking(since(opened)) }
+    }
+}
+
+impl Drop for Crew {
+    fn drop(&mut self) {
+        let page = &self.alarm.page;
+        page.stop();
+        self.children.iter().flatten().for_each(Child::resume);
+        let start = Instant::now();
+        loop {
+            let rings = page.rings();
+            let all_ended = self.children.iter().flatten().all(|child| child.death().is_some());
+            let left = self.grace.saturating_sub(start.elapsed());
+            if all_ended || left.is_zero() {
+                break;
+            }
+            // Rung at every death.
+            page.sleep(rings, left);
+        }
+        // Kills who is still there, and reaps all.
+        self.children.clear();
+        // Handles of the run may outlive its directory.
+        page.use_events(None);
+    }
+}

@@ -1,0 +1,34 @@
+//! Runs of a network in many processes, in lockstep: they meet at gates and exchange samples through iceoryx2.
+//!
+//! What runs is said in the words of the crate [`lockstep`], which also runs it in one process ([`lockstep::Local`]) with the
+//! same bits.
+//!
+//! Spread the nodes of a network over the workers of a [`Plan`](lockstep::Plan), create a [`Conductor`] in a [`RunDirectory`],
+//! and have every spawned program call [`serve`]; the example `chain14` does all of this in a hundred lines.
+//!
+//! The functions of a worker's step carry `link_section = "lockstep_step"`: they stand together in the program, on four or five
+//! pages instead of one each. Where hundreds of processes take turns on a core, each fetches all that it touches anew, and
+//! pages are what costs most. SAFETY: the section is code, as `.text` is, of a name that nothing else uses.
+
+mod board;
+mod cell;
+mod conductor;
+mod cores;
+mod directory;
+mod onlooker;
+mod page;
+mod tap;
+mod ticks;
+mod worker;
+
+pub use board::ServiceError;
+pub use conductor::{
+    Activity, Balanced, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot,
+    Span, WorkerUsage,
+};
+pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
+pub use directory::{DirectoryError, RunDirectory};
+pub use onlooker::{LookError, Onlooker};
+pub use page::run_name;
+pub use tap::{Tap, TapHeader};
+pub use worker::{Comeback, Link, NotAWorker, Turn, Worker, serve};

@@ -1,0 +1,266 @@
+//! Looking at a run from outside: its newest samples, without any effect on it.
+//!
+//! An onlooker is a reader that nobody waits for. It has no arrival bit and opens no gate, and a blackboard does not know
+//! how far its readers are; so however slow or dead it is, the run does not notice.
+
+use std::fs::{File, TryLockError};
+use std::os::unix::fs::MetadataExt;
+use std::path::PathBuf;
+
+use iceoryx2::prelude::{LogLevel, set_log_level};
+
+use crate::board::{ChannelReader, Hub, RING, ServiceError};
+use crate::directory::{LOCK_FILE, Parent};
+use crate::{DirectoryError, RunDirectory};
+use lockstep::{ChannelId, Header, Network, Status};
+
+/// Processes that may have hosted a node one after the other, as far as this looks for them.
+const MOST_INCARNATIONS: u32 = 64;
+
+/// Looks without anything new after which a process may have taken the place of another.
+const IDLE_LOOKS: u32 = 16;
+
+/// How often a look is repeated if the run has overtaken it.
+const ATTEMPTS: usize = 20;
+
+/// Why nobody can look at a run.
+#[derive(Debug, thiserror::Error)]
+pub enum LookError {
+    /// There is no such run, or it is over.
+    #[error("the run {0} is over")]
+    Over(String),
+    /// The directory of all runs cannot be used.
+    #[error(transparent)]
+    Directory(#[from] DirectoryError),
+    /// The channels cannot be read: the run has none in shared memory, or too many look on already.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+}
+
+/// Somebody who looks at the samples of a run that is going on.
+///
+/// It stays usable when the run ends: the last samples can still be read then.
+pub struct Onlooker {
+    network: Network,
+    presence: Presence,
+    /// `None` only while it is dropped.
+    seat: Option<Seat>,
+    /// The channel that tells how far the run is.
+    probe: usize,
+    samples: Vec<Sample>,
+    /// What is being fetched; it becomes `samples` when it is complete.
+    fetched: Vec<Sample>,
+    /// The step that was seen last, and looks since then that found nothing new.
+    before: Option<u64>,
+    idle: u32,
+}
+
+/// What a run knows of an onlooker.
+struct Seat {
+    /// By number of the channel; `None` for a channel that nobody writes.
+    readers: Vec<Option<ChannelReader>>,
+    /// By number of the node: which of the processes that hosted it is read.
+    incarnations: Vec<u32>,
+    /// After the readers, which belong to it.
+    hub: Hub,
+}
+
+#[derive(Clone, Debug)]
+struct Sample {
+    header: Header,
+    words: Vec<f64>,
+}
+
+impl Onlooker {
+    /// Joins the run called `run`, whose channels are those of `network`.
+    ///
+    /// # Errors
+    /// [`LookError`].
+    pub fn join(run: &str, network: Network) -> Result<Self, LookError> {
+        // Nobody ends and removes a run while this process makes files in its directory.
+        let parent = Parent::lock()?;
+        let presence = Presence::of(run).ok_or_else(|| LookError::Over(run.into()))?;
+        let hub = Hub::join(&RunDirectory::path_of(run), run, &format!("onlooker-{}", std::process::id()))?;
+        // When the run ends first, its files are gone before this reader lets go of them, which iceoryx2 deplores.
+        set_log_level(LogLevel::Fatal);
+        let mut seat = Seat {
+            readers: network.channels.iter().map(|_| None).collect(),
+            incarnations: vec![0; network.nodes.len()],
+            hub,
+        };
+        for node in 0..network.nodes.len() {
+            seat.find(&network, node)?;
+        }
+        drop(parent);
+        let empty = |words| Sample { header: Header::default(), words: vec![0.0; words] };
+        let samples: Vec<Sample> = network.channels.iter().map(|channel| empty(channel.layout.words())).collect();
+        let fastest = network.nodes.iter().filter(|node| !node.outputs.is_empty()).min_by_key(|node| node.every);
+        let probe = fastest.map_or(0, |node| node.outputs[0].0);
+        Ok(Self {
+            presence,
+            seat: Some(seat),
+            probe,
+            fetched: samples.clone(),
+            samples,
+            network,
+            before: None,
+            idle: 0,
+        })
+    }
+
+    /// The channels that it looks at.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Whether the run has ended.
+    pub fn is_over(&self) -> bool {
+        !self.presence.lasts()
+    }
+
+    /// Fetches the samples of the newest step that is complete and returns its number. `None` if no step is, or if the run
+    /// was faster than this process every time; the samples fetched before stand then.
+    pub fn look(&mut self) -> Option<u64> {
+        let step = self.fetch_newest();
+        // A run that stands still is paused, or another process has taken the place of the one that tells how far it is.
+        self.idle = if step.is_some() && step != self.before { 0 } else { self.idle + 1 };
+        if self.idle == IDLE_LOOKS {
+            self.idle = 0;
+            self.follow();
+        }
+        self.before = step.or(self.before);
+        step
+    }
+
+    fn fetch_newest(&mut self) -> Option<u64> {
+        let over = self.is_over();
+        for _ in 0..ATTEMPTS {
+            let newest = self.newest()?;
+            // In the first round through the ring, a cell that nobody has written yet looks like one of step 0.
+            let first = if newest < RING && !over { newest.checked_sub(1)? } else { newest };
+            for step in [first, newest.saturating_sub(1)] {
+                if self.fetch(step) {
+                    std::mem::swap(&mut self.samples, &mut self.fetched);
+                    return Some(step);
+                }
+            }
+        }
+        None
+    }
+
+    /// The sample of a channel as of the last look that succeeded.
+    pub fn sample(&self, channel: ChannelId) -> (&Header, &[f64]) {
+        let Sample { header, words } = &self.samples[channel.0];
+        (header, words)
+    }
+
+    /// The newest step that has begun.
+    fn newest(&self) -> Option<u64> {
+        let reader = self.seat.as_ref()?.readers.get(self.probe)?.as_ref()?;
+        let steps = (0..RING).map(|place| (place, reader.peek(place, &mut []).step));
+        steps.filter(|(place, step)| step % RING == *place).map(|(_, step)| step).max()
+    }
+
+    /// Goes over to the processes that have taken the place of others.
+    fn follow(&mut self) {
+        let parent = Parent::lock();
+        let Some(seat) = self.seat.as_mut().filter(|_| parent.is_ok() && self.presence.lasts()) else { return };
+        for node in 0..self.network.nodes.len() {
+            if let Some(readers) = seat.open(&self.network, node, seat.incarnations[node] + 1) {
+                seat.incarnations[node] += 1;
+                seat.take(readers);
+            }
+        }
+    }
+
+    /// Fetches all samples of a step; whether all of them were there.
+    fn fetch(&mut self, step: u64) -> bool {
+        let Some(Seat { readers, .. }) = &self.seat else { return false };
+        for node in &self.network.nodes {
+            let expected = node.last_run(step);
+            for channel in &node.outputs {
+                let Some(reader) = &readers[channel.0] else { continue };
+                let Sample { header, words } = &mut self.fetched[channel.0];
+                let Some(expected) = expected else {
+                    *header = Header::default();
+                    words.fill(0.0);
+                    continue;
+                };
+                *header = reader.peek(step, words);
+                if header.step != expected && header.status != Status::Stale as u32 {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+impl Seat {
+    /// Reads from the process that hosts a node now: the last one that has a service.
+    fn find(&mut self, network: &Network, node: usize) -> Result<(), ServiceError> {
+        let mut found = false;
+        for incarnation in 0..MOST_INCARNATIONS {
+            match self.open(network, node, incarnation) {
+                Some(readers) => {
+                    self.take(readers);
+                    self.incarnations[node] = incarnation;
+                    found = true;
+                }
+                None if found => break,
+                None => {}
+            }
+        }
+        if found { Ok(()) } else { self.hub.open(network, node, 0)?.readers(|_| true).map(drop) }
+    }
+
+    /// The readers of a process that hosts or hosted a node, if it has a service and a place is free.
+    fn open(&self, network: &Network, node: usize, incarnation: u32) -> Option<Vec<ChannelReader>> {
+        self.hub.open(network, node, incarnation).and_then(|board| board.readers(|_| true)).ok()
+    }
+
+    fn take(&mut self, readers: Vec<ChannelReader>) {
+        for reader in readers {
+            let channel = reader.channel.0;
+            self.readers[channel] = Some(reader);
+        }
+    }
+}
+
+impl Drop for Onlooker {
+    fn drop(&mut self) {
+        let parent = Parent::lock();
+        let seat = self.seat.take();
+        if parent.is_err() || self.is_over() {
+            // What belongs to a run that is over was removed with it, and its names may be those of another run by now. So
+            // nothing may be cleaned up under them; this process keeps the memory until it ends.
+            std::mem::forget(seat);
+        }
+    }
+}
+
+/// The lock that a run holds as long as it lives.
+struct Presence {
+    path: PathBuf,
+    file: (u64, u64),
+}
+
+impl Presence {
+    /// That of a run that is going on.
+    fn of(run: &str) -> Option<Self> {
+        let path = RunDirectory::path_of(run).join(LOCK_FILE);
+        held(&path).map(|file| Self { path, file })
+    }
+
+    /// Whether it still is, and not another run of the same name.
+    fn lasts(&self) -> bool {
+        held(&self.path) == Some(self.file)
+    }
+}
+
+/// Which file it is, if somebody holds its lock.
+fn held(path: &std::path::Path) -> Option<(u64, u64)> {
+    let lock = File::open(path).ok()?;
+    let metadata = lock.metadata().ok()?;
+    matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)).then_some((metadata.dev(), metadata.ino()))
+}

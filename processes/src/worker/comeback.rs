@@ -1,0 +1,227 @@
+//! How a process takes the place of another one in a run that goes on: it goes through the steps that are done at full
+//! speed, on the recorded inputs, and then takes its place at the gate where the other one is missed.
+
+use std::env;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::os::fd::RawFd;
+
+use super::seat::{Seat, Seated};
+use super::{Worker, adopt};
+use crate::board::{ChannelReader, Hub, ServiceError};
+use crate::page::{FaultKind, Report};
+use lockstep::{ChannelId, HEADER_BYTES, Header, Plan, Step, Store};
+
+/// Environment variable that tells a process that it takes the place of another one, as [`Orders`] in JSON.
+pub(crate) const COMEBACK: &str = "PHALANX_COMEBACK";
+
+/// What a process does with the steps that are done when it takes the place of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Comeback {
+    /// It computes them anew on the recorded inputs, and must come to what was published, bit by bit.
+    Recompute,
+    /// It computes them on the recorded inputs, to have a state; what it comes to may differ: it is another program.
+    Adopt,
+    /// It computes nothing, neither then nor later: the last samples stand, marked as [`Stale`](lockstep::Status::Stale).
+    Hold,
+}
+
+/// Where a process comes into a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Orders {
+    pub(crate) comeback: Comeback,
+    /// Number of this process among those of its worker.
+    pub(crate) incarnation: u32,
+    /// The steps whose samples come through the feed: from here ...
+    pub(crate) first: u64,
+    /// ... to here, this one not included.
+    pub(crate) recorded: u64,
+    /// The step at which the worker is missed ...
+    pub(crate) step: u64,
+    /// ... and which of the phases that it takes part in.
+    pub(crate) place: usize,
+    /// The reading end of the feed.
+    pub(crate) feed: RawFd,
+}
+
+impl Orders {
+    /// What the environment tells; `None` for a process that starts with the run.
+    pub(super) fn find() -> Result<Option<Self>, String> {
+        match env::var(COMEBACK) {
+            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|error| format!("{COMEBACK}: {error}")),
+            Err(env::VarError::NotPresent) => Ok(None),
+            Err(error) => Err(format!("{COMEBACK}: {error}")),
+        }
+    }
+}
+
+/// The samples of the steps that are done, as the recorder has them.
+struct Feed {
+    input: BufReader<File>,
+    channels: Vec<ChannelId>,
+    bytes: Vec<u8>,
+}
+
+impl Feed {
+    fn open(worker: &Worker, orders: &Orders) -> Result<Self, String> {
+        let file = adopt(orders.feed).map_err(|error| format!("the recorded steps cannot be read: {error}"))?;
+        let input = BufReader::with_capacity(1 << 16, file.into());
+        Ok(Self { input, channels: worker.plan.traffic(worker.number).into_iter().collect(), bytes: Vec::new() })
+    }
+
+    /// Reads all samples of the next step into `store`.
+    fn step(&mut self, plan: &Plan, store: &mut Store, step: u64) -> Result<(), Report> {
+        for &channel in &self.channels {
+            let words = plan.network.channels[channel.0].layout.words();
+            self.bytes.resize(HEADER_BYTES + 8 * words, 0);
+            let read = self.input.read_exact(&mut self.bytes);
+            read.map_err(|error| refusal(format!("the recorded steps end before step {step}: {error}")))?;
+            let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
+            for (word, value) in store.write(channel, step).iter_mut().zip(values) {
+                *word = f64::from_le_bytes(*value);
+            }
+            if let Some(header) = Header::from_bytes(&self.bytes) {
+                store.stamp(channel, step, header);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A sample that was published before.
+struct Published {
+    channel: ChannelId,
+    header: Option<Header>,
+    words: Vec<f64>,
+}
+
+/// The way of a process through the steps that are done.
+pub(super) struct CatchUp {
+    orders: Orders,
+    feed: Feed,
+    /// Of what the process before this one has published and nobody has recorded yet.
+    former: Vec<ChannelReader>,
+    /// What was published at the step in progress.
+    published: Vec<Published>,
+}
+
+impl CatchUp {
+    pub(super) fn open(worker: &Worker, orders: Orders, hub: &Hub, seats: &[Seat]) -> Result<Self, String> {
+        let feed = Feed::open(worker, &orders)?;
+        let former = former_readers(worker, hub).map_err(|error| error.to_string())?;
+        let channels = seats.iter().flat_map(outputs);
+        let published = channels.map(|channel| Published { channel, header: None, words: Vec::new() }).collect();
+        Ok(Self { orders, feed, former, published })
+    }
+
+    /// The first step to go through.
+    pub(super) fn first(&self) -> u64 {
+        self.orders.first
+    }
+
+    /// Whether this seat of a step is done already.
+    pub(super) fn covers(&self, step: &Step, seat: usize) -> bool {
+        (step.index, seat) < (self.orders.step, self.orders.place)
+    }
+
+    /// Brings the samples that a seat reads, and what it has published, into the store.
+    pub(super) fn enter(
+        &mut self,
+        plan: &Plan,
+        seats: &[Seat],
+        seat: usize,
+        store: &mut Store,
+        step: &Step,
+    ) -> Result<(), Report> {
+        if step.index < self.orders.recorded {
+            if seat == 0 {
+                self.feed.step(plan, store, step.index)?;
+                self.published.iter_mut().for_each(|published| published.note(store, step.index));
+            }
+            return Ok(());
+        }
+        seats[seat].fetch(plan, store, step)?;
+        for channel in outputs(&seats[seat]) {
+            for reader in self.former.iter().filter(|reader| reader.channel == channel) {
+                let fetched = reader.fetch(&plan.network, store, step.index);
+                fetched.map_err(|wrong| refusal(wrong.describe(&plan.network)))?;
+            }
+            let own = self.published.iter_mut().filter(|published| published.channel == channel);
+            own.for_each(|published| published.note(store, step.index));
+        }
+        Ok(())
+    }
+
+    /// Compares what was computed with what was published, and publishes that again.
+    pub(super) fn leave(&self, plan: &Plan, seat: &mut Seat, store: &mut Store, step: &Step) -> Result<(), Report> {
+        for channel in outputs(seat) {
+            for published in self.published.iter().filter(|published| published.channel == channel) {
+                if self.orders.comeback == Comeback::Recompute {
+                    published.check(plan, store, step.index)?;
+                }
+                // What others have read stays as it was, whatever another program computes.
+                published.restore(store, step.index);
+            }
+        }
+        seat.members.iter_mut().for_each(|seated| seated.publish(store, step));
+        Ok(())
+    }
+
+    /// From now on this process is the one that serves as its worker.
+    pub(super) fn take_over(&self, worker: &Worker) {
+        worker.page.take_over(worker.number, self.orders.incarnation);
+        worker.page.mark_ready(worker.number);
+    }
+}
+
+fn outputs(seat: &Seat) -> impl Iterator<Item = ChannelId> {
+    seat.members.iter().flat_map(Seated::outputs)
+}
+
+fn refusal(message: String) -> Report {
+    Report { kind: FaultKind::Refusal, node: 0, step: 0, message }
+}
+
+/// Readers of what the process before this one has published.
+fn former_readers(worker: &Worker, hub: &Hub) -> Result<Vec<ChannelReader>, ServiceError> {
+    let network = &worker.plan.network;
+    let incarnation = worker.page.incarnation(worker.number);
+    let mut readers = Vec::new();
+    for &node in worker.nodes().iter().filter(|&&node| !network.nodes[node].outputs.is_empty()) {
+        readers.extend(hub.open(network, node, incarnation)?.readers(|_| true)?);
+    }
+    Ok(readers)
+}
+
+impl Published {
+    fn note(&mut self, store: &Store, step: u64) {
+        self.header = store.header(self.channel, step).copied();
+        self.words.clear();
+        self.words.extend_from_slice(store.read(self.channel, step));
+    }
+
+    /// Puts it back into the store.
+    fn restore(&self, store: &mut Store, step: u64) {
+        if let Some(header) = self.header {
+            store.write(self.channel, step).copy_from_slice(&self.words);
+            store.stamp(self.channel, step, header);
+        }
+    }
+
+    /// Whether what is in the store now is the same, bit by bit.
+    fn check(&self, plan: &Plan, store: &Store, step: u64) -> Result<(), Report> {
+        let now = store.read(self.channel, step);
+        let differs = |(now, before): (&f64, &f64)| now.to_bits() != before.to_bits();
+        let Some(at) = now.iter().zip(&self.words).position(differs) else { return Ok(()) };
+        let channel = &plan.network.channels[self.channel.0];
+        Err(refusal(format!(
+            "it recomputes {} {} of step {step} as {}, but {} was published: the participant does not follow from its \
+             inputs alone, so it cannot be restarted",
+            channel.topic,
+            channel.layout.label(at),
+            now[at],
+            self.words[at]
+        )))
+    }
+}

@@ -1,0 +1,268 @@
+//! The steps of a connected process, asked for one by one.
+
+use super::Worker;
+use super::comeback::CatchUp;
+use super::jitter::Jitter;
+use super::seat::{self, Seat, fault};
+use crate::board::Hub;
+use crate::page::{Arrival, Report, Watch};
+use lockstep::{ChannelId, Fault, Io, Plan, Step, Store};
+
+/// A node of this process that has to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// The step.
+    pub step: Step,
+    /// Which node: its number among [`Worker::nodes`].
+    pub number: usize,
+}
+
+/// A connected process: [`next`](Link::next), read and write through [`io`](Link::io), [`done`](Link::done), and again.
+///
+/// After an error of `next` or `done` the conductor has been told, and the process should end.
+pub struct Link {
+    worker: Worker,
+    seats: Vec<Seat>,
+    store: Store,
+    watch: Watch,
+    jitter: Option<Jitter>,
+    step: Step,
+    /// The seat at work, or the next one.
+    seat: usize,
+    /// The node at work within the seat, or the next one.
+    member: usize,
+    /// When the seat at work passed its gate; `None` before that.
+    started: Option<u64>,
+    progress: Progress,
+    /// The phase and step since whose end it is to watch for the others of its core.
+    watches: Option<(usize, u64)>,
+    /// As long as it goes through steps that are done.
+    catch_up: Option<CatchUp>,
+    /// What the page told about replaced workers when the readers were looked through.
+    changes: u32,
+    /// Whether nobody computes, see [`Worker::holds`].
+    holds: bool,
+    hub: Hub,
+}
+
+/// What may be done with a [`Link`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    /// Asking for the next turn.
+    Between,
+    /// Working on a turn.
+    Due,
+    /// Nothing: the run is over for this process.
+    Over,
+}
+
+impl Link {
+    pub(super) fn new(worker: Worker, hub: Hub, changes: u32, seats: Vec<Seat>, catch_up: Option<CatchUp>) -> Self {
+        if catch_up.is_none() {
+            worker.page.mark_ready(worker.number);
+        }
+        let first = catch_up.as_ref().map_or(0, CatchUp::first);
+        Self {
+            store: store_for(&worker),
+            watch: Watch::new(worker.number, &worker.page),
+            jitter: Jitter::from_environment(worker.number),
+            step: Step { index: first, dt: worker.plan.dt },
+            seat: 0,
+            member: 0,
+            started: None,
+            progress: Progress::Between,
+            watches: None,
+            holds: worker.holds(),
+            worker,
+            seats,
+            catch_up,
+            changes,
+            hub,
+        }
+    }
+
+    /// What every process of the run knows.
+    pub fn plan(&self) -> &Plan {
+        &self.worker.plan
+    }
+
+    /// Waits until a node of this process has to run, and fetches what it reads. `None` after the last step, or if the
+    /// conductor ended the run.
+    ///
+    /// Nodes that hold their outputs at a step are passed over.
+    ///
+    /// # Errors
+    /// [`Fault`] if a sample is not the one that was due, or the turn before was not finished with [`done`](Link::done).
+    #[allow(clippy::should_implement_trait, reason = "it can fail, and what it gives is used through the link")]
+    #[unsafe(link_section = "lockstep_step")]
+    pub fn next(&mut self) -> Result<Option<Turn>, Fault> {
+        match self.progress {
+            Progress::Between => {}
+            Progress::Due => return Err(self.fail("the next step was asked for before this one was done")),
+            Progress::Over => return Ok(None),
+        }
+        while self.step.index < self.worker.plan.steps {
+            if self.seat == self.seats.len() {
+                self.seat = 0;
+                self.step.index += 1;
+                continue;
+            }
+            if !self.enter()? {
+                break;
+            }
+            if let Some(number) = self.due() {
+                self.progress = Progress::Due;
+                return Ok(Some(Turn { step: self.step, number }));
+            }
+            self.leave()?;
+        }
+        self.progress = Progress::Over;
+        Ok(None)
+    }
+
+    /// Inputs and outputs of the node whose turn it is; `None` if it is nobody's.
+    #[unsafe(link_section = "lockstep_step")]
+    pub fn io(&mut self) -> Option<Io<'_>> {
+        let place = match self.progress {
+            Progress::Due => &self.seats[self.seat].members[self.member].place,
+            _ => return None,
+        };
+        Some(place.io(&mut self.store, &self.step))
+    }
+
+    /// Checks and publishes the outputs of the node whose turn it was.
+    ///
+    /// # Errors
+    /// [`Fault`] if an output is not a finite number, or it is nobody's turn.
+    #[unsafe(link_section = "lockstep_step")]
+    pub fn done(&mut self) -> Result<(), Fault> {
+        if self.progress != Progress::Due {
+            return Err(self.fail("a step was called done, but none is in progress"));
+        }
+        let seated = &mut self.seats[self.seat].members[self.member];
+        if let Err(report) = seated.finish(&self.worker.plan, &mut self.store, &self.step) {
+            return Err(self.end(report));
+        }
+        self.progress = Progress::Between;
+        self.member += 1;
+        // Whoever waits for this process must not wait until it asks for its next turn.
+        if self.due().is_none() {
+            self.leave()?;
+        }
+        Ok(())
+    }
+
+    /// Tells the conductor why the node whose turn it is, or was last, cannot go on. Returns the reason.
+    pub fn fail(&mut self, reason: impl Into<String>) -> Fault {
+        self.progress = Progress::Over;
+        let seat = self.seats.get(self.seat).or(self.seats.last());
+        let member = seat.and_then(|seat| seat.members.get(self.member).or(seat.members.last()));
+        let node = member.map_or(0, |seated| seated.place.node);
+        self.worker.leave(fault(node, &self.step, reason.into()))
+    }
+
+    /// Passes the gate of the seat unless that is done already; `false` if it will not open any more.
+    #[unsafe(link_section = "lockstep_step")]
+    fn enter(&mut self) -> Result<bool, Fault> {
+        if self.started.is_some() {
+            return Ok(true);
+        }
+        if self.catch_up.is_some() && self.relive()? {
+            return Ok(true);
+        }
+        let page = &self.worker.page;
+        let phase = self.seats[self.seat].phase;
+        if !page.await_gate(self.worker.number, phase, self.step.index, self.watches.take()) {
+            return Ok(false);
+        }
+        if page.changes() != self.changes {
+            self.follow()?;
+        }
+        let page = &self.worker.page;
+        self.started = Some(self.watch.start(page, phase));
+        self.jitter.as_mut().map(Jitter::delay);
+        match self.seats[self.seat].fetch(&self.worker.plan, &mut self.store, &self.step) {
+            Ok(()) => Ok(true),
+            Err(report) => Err(self.end(report)),
+        }
+    }
+
+    /// Enters a seat of a step that is done; `false` if there is none any more, and the run goes on for this process too.
+    fn relive(&mut self) -> Result<bool, Fault> {
+        let Some(catch_up) = self.catch_up.as_mut() else { return Ok(false) };
+        if !catch_up.covers(&self.step, self.seat) {
+            catch_up.take_over(&self.worker);
+            self.catch_up = None;
+            return Ok(false);
+        }
+        match catch_up.enter(&self.worker.plan, &self.seats, self.seat, &mut self.store, &self.step) {
+            Ok(()) => {
+                self.started = Some(0);
+                Ok(true)
+            }
+            Err(report) => Err(self.end(report)),
+        }
+    }
+
+    /// Reads from those who have taken the place of others.
+    #[cold]
+    fn follow(&mut self) -> Result<(), Fault> {
+        // Noted before the look at who was replaced, so that whoever is later is noticed the next time.
+        self.changes = self.worker.page.changes();
+        let (page, plan) = (&self.worker.page, &self.worker.plan);
+        seat::follow(&self.hub, page, plan, &mut self.seats).map_err(|error| self.worker.refuse(error))
+    }
+
+    fn end(&mut self, report: Report) -> Fault {
+        self.progress = Progress::Over;
+        self.worker.leave(report)
+    }
+
+    /// The number of the next node of the seat that runs at this step; those before it hold their outputs.
+    #[unsafe(link_section = "lockstep_step")]
+    fn due(&mut self) -> Option<usize> {
+        let (plan, members) = (&self.worker.plan, &mut self.seats[self.seat].members);
+        while let Some(seated) = members.get_mut(self.member) {
+            if self.holds {
+                seated.hold(&mut self.store, &self.step);
+            } else if seated.place.is_due(&plan.network, &mut self.store, &self.step) {
+                return Some(seated.number);
+            }
+            seated.publish(&self.store, &self.step);
+            self.member += 1;
+        }
+        None
+    }
+
+    /// Arrives at the end of the phase and goes on to the next seat.
+    #[unsafe(link_section = "lockstep_step")]
+    fn leave(&mut self) -> Result<(), Fault> {
+        let start = self.started.take().unwrap_or_default();
+        if let Some(catch_up) = &mut self.catch_up {
+            let seat = &mut self.seats[self.seat];
+            if let Err(report) = catch_up.leave(&self.worker.plan, seat, &mut self.store, &self.step) {
+                return Err(self.end(report));
+            }
+        } else {
+            let (seat, page) = (&self.seats[self.seat], &self.worker.page);
+            let end = self.watch.end(page, seat.phase, self.step.index, start);
+            let arrival = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
+            self.watch.arrived(page, seat.phase, end, arrival == Arrival::Last);
+            self.watches = (arrival == Arrival::LastOfSide).then_some((seat.phase, self.step.index));
+        }
+        self.member = 0;
+        self.seat += 1;
+        Ok(())
+    }
+}
+
+/// Room for the samples of the channels that the process reads or writes.
+fn store_for(worker: &Worker) -> Store {
+    let Plan { network, workers, .. } = &worker.plan;
+    let nodes = || workers[worker.number].nodes.iter().map(|&node| &network.nodes[node]);
+    let is_used = |channel: ChannelId| {
+        nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
+    };
+    let channels = network.channels.iter().enumerate();
+    Store::with_some(channels.map(|(index, channel)| is_used(ChannelId(index)).then_some(&channel.layout)))
+}
