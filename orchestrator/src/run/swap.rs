@@ -12,9 +12,12 @@ use hardware::settings::Settings;
 
 use crate::failure::Failure;
 use crate::recorded::Tape;
+use crate::run::players::on_search_path;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";
+/// What stands before the file that describes a robot.
+const HARDWARE: &str = "hardware:";
 
 /// A participant that something else plays.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +42,12 @@ enum Player {
 #[derive(Clone, Debug, PartialEq)]
 pub enum RobotSwap {
     /// One that is there already, as its file describes it.
-    There(Box<Settings>),
+    There {
+        /// The file.
+        file: PathBuf,
+        /// What it says.
+        settings: Box<Settings>,
+    },
     /// An emulator that is started for the run, with the clock that it keeps.
     Emulated(Clock),
 }
@@ -52,15 +60,16 @@ impl RobotSwap {
             "emulator:free" => return Some(Ok(Self::Emulated(Clock::Wall))),
             _ => {}
         }
-        let file = player.trim().strip_prefix("hardware:")?;
+        let file = player.trim().strip_prefix(HARDWARE)?;
         let list = |problems: Vec<Problem>| problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n\n");
-        Some(Settings::load(Path::new(file)).map(|settings| Self::There(Box::new(settings))).map_err(list))
+        let there = |settings| Self::There { file: file.into(), settings: Box::new(settings) };
+        Some(Settings::load(Path::new(file)).map(there).map_err(list))
     }
 
     /// Whether time passes for it by itself.
     pub fn is_free(&self) -> bool {
         match self {
-            Self::There(settings) => settings.clock == Clock::Wall,
+            Self::There { settings, .. } => settings.clock == Clock::Wall,
             Self::Emulated(clock) => *clock == Clock::Wall,
         }
     }
@@ -147,6 +156,46 @@ impl Swap {
         match &self.player {
             Player::Log(path) => Some(path),
             Player::Program { .. } | Player::Robot(_) => None,
+        }
+    }
+
+    /// The folder that its program starts in, if it is not that of the run.
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        match &self.player {
+            Player::Program { folder, .. } => folder.as_deref(),
+            Player::Log(_) | Player::Robot(_) => None,
+        }
+    }
+
+    /// What stands behind `NODE=` to have the same again.
+    pub(crate) fn text(&self) -> String {
+        match &self.player {
+            Player::Program { words, .. } => words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "),
+            Player::Log(path) => format!("{REPLAY}{}", path.display()),
+            Player::Robot(RobotSwap::There { file, .. }) => format!("{HARDWARE}{}", file.display()),
+            Player::Robot(RobotSwap::Emulated(Clock::Lockstep)) => "emulator".into(),
+            Player::Robot(RobotSwap::Emulated(Clock::Wall)) => "emulator:free".into(),
+        }
+    }
+
+    /// The files that it consists of, as they are called and where they are: a program and those of its arguments that are files, a
+    /// log, the description of a robot.
+    pub(crate) fn files(&self) -> Vec<(String, PathBuf)> {
+        let at = |path: &Path| (path.display().to_string(), path.to_path_buf());
+        match &self.player {
+            Player::Program { words, folder } => {
+                let place = |word: &str| folder.as_deref().unwrap_or(Path::new("")).join(word);
+                let program = match words[0].contains('/') {
+                    true => Some(place(&words[0])),
+                    false => on_search_path(&words[0]),
+                };
+                let program = program.map(|path| (words[0].clone(), path));
+                let arguments = words[1..].iter().map(|word| (word.clone(), place(word)));
+                program.into_iter().chain(arguments.filter(|(_, path)| path.is_file())).collect()
+            }
+            Player::Log(path) => vec![at(path)],
+            Player::Robot(RobotSwap::There { file, .. }) => vec![at(file)],
+            Player::Robot(RobotSwap::Emulated(_)) => Vec::new(),
         }
     }
 
@@ -256,10 +305,19 @@ impl Display for Swap {
         match &self.player {
             Player::Program { words, .. } => write!(f, "{}", words.join(" ")),
             Player::Log(path) => write!(f, "{REPLAY}{}", path.display()),
-            Player::Robot(RobotSwap::There(settings)) => write!(f, "the robot at {}", settings.robot),
+            Player::Robot(RobotSwap::There { settings, .. }) => write!(f, "the robot at {}", settings.robot),
             Player::Robot(RobotSwap::Emulated(_)) => write!(f, "an emulator"),
         }
     }
+}
+
+/// A word as [`split_words`] and a shell read it.
+fn quoted(word: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || "-_./:=+,@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_bare) {
+        return word.into();
+    }
+    format!("'{}'", word.replace('\'', "'\"'\"'"))
 }
 
 /// Splits a command into words as a shell does: at spaces, except within quotes.
@@ -298,6 +356,15 @@ mod tests {
         let words = ["python3", "my controller.py", "--gain", "2"].map(String::from);
         assert_eq!(swap.player, Player::Program { words: words.to_vec(), folder: None });
         assert_eq!(swap.log(), None);
+    }
+
+    #[test]
+    fn the_text_of_a_command_gives_it_back() {
+        let words = ["python3", "my controller.py", "--gain=2", "it's", "", "\"x\""].map(String::from);
+        let player = Player::Program { words: words.to_vec(), folder: None };
+        let swap = Swap { node: "plant".into(), player };
+        let again = Swap::parse(&format!("plant={}", swap.text()), &NODES).unwrap();
+        assert_eq!(again, swap);
     }
 
     #[test]
