@@ -90,6 +90,9 @@ def test_plots_draw(log, tmp_path):
     import matplotlib.pyplot as plt
 
     assert len(phalanx.plot.paths(log).get_lines()) == 18
+    plt.close("all")
+    # From above, where there are two dimensions only.
+    assert len(phalanx.plot.paths(log, plt.gca()).get_lines()) == 18
     plt.figure()
     assert len(phalanx.plot.errors(log).get_lines()) == 6
     plt.figure()

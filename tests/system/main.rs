@@ -13,6 +13,7 @@ mod mistakes;
 mod moments;
 mod own_programs;
 mod program;
+mod provenance;
 mod readers;
 mod recovery;
 mod replay;

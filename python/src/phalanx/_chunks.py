@@ -60,6 +60,7 @@ class Content:
     complete: bool = False
     scenario: str = ""
     metadata: dict[str, str] = field(default_factory=dict)
+    players: list[dict[str, str]] = field(default_factory=list)
     channels: list[Raw] = field(default_factory=list)
 
 
@@ -134,6 +135,8 @@ def read(path: Path) -> Content:
                 metadata = Metadata.read(_stream(body))
                 if metadata.name == "phalanx":
                     content.metadata = dict(metadata.metadata)
+                elif metadata.name == "phalanx-player":
+                    content.players.append(dict(metadata.metadata))
             case Opcode.FOOTER:
                 content.complete = True
             case _:

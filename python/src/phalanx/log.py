@@ -123,13 +123,16 @@ class Log(Mapping[str, Topic]):
     """Whether the file was closed; if not, the run was killed, and its last fraction of a second is missing."""
     metadata: dict[str, str]
     """What the recorder was told: scenario, variant, overrides, versions."""
+    players: list[dict[str, str]]
+    """What played in the place of Phalanx, as the log has it: ``participant``, ``kind``, ``command``, ``from_step``, and ``file.1``,
+    ``sha256.1``, ... of its files; empty if Phalanx played alone."""
     scenario: dict[str, Any]
     """The scenario that was run, with variant and overrides applied: ``log.scenario["timing"]["dt"]``."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         content = read(self.path)
-        self.complete, self.metadata = content.complete, content.metadata
+        self.complete, self.metadata, self.players = content.complete, content.metadata, content.players
         self.scenario = tomllib.loads(content.scenario)
         self._topics = {raw.topic.lstrip("/"): Topic(raw) for raw in content.channels}
 
