@@ -47,7 +47,7 @@ struct Compared {
 
 fn compare_files(first: &Path, second: &Path) -> Result<Compared, Failure> {
     let (a, b) = (Log::outline(first)?, Log::outline(second)?);
-    for log in [&a, &b].into_iter().filter(|log| log.steps().is_empty()) {
+    if let Some(log) = [&a, &b].into_iter().find(|log| log.steps().is_empty()) {
         let path = log.path().display();
         return Err(Failure::Usage(format!("{path} holds no complete step; there is nothing to compare")));
     }
