@@ -40,7 +40,7 @@ fn a_log_says_what_played_and_replay_asks_for_it() {
     let page = std::fs::read_to_string(folder.path("report.html")).expect("a report");
     assert!(page.contains("controller_3 is played by `sh play.sh plain.mcap`"));
     let verify = folder.run(&["verify", "plain.mcap", log]);
-    let expected = "bit by bit; only the cast differs: controller_3 is played by Phalanx itself in the first log, by `sh play.sh";
+    let expected = "only the cast differs: controller_3 is played by Phalanx itself in the first log, by `sh play.sh";
     assert!(verify.code() == 0 && verify.stdout().contains(expected), "{}", verify.stdout());
 
     let replay = |more: &[&str]| folder.run(&[&["replay", log, "--only", "controller.3"], more].concat());
@@ -77,7 +77,8 @@ fn a_scenario_with_programs_is_verified_in_processes() {
 #[test]
 fn nothing_is_equal_to_nothing() {
     let folder = Folder::new();
-    let run = ["run", "uav", "--duration", "0.1", "-q", "--placement", "single", "--set", "metrics=", "--out", "a.mcap"];
+    let run =
+        ["run", "uav", "--duration", "0.1", "-q", "--placement", "single", "--set", "metrics=", "--out", "a.mcap"];
     folder.run(&run);
     let bytes = std::fs::read(folder.path("a.mcap")).expect("a log");
     // The definitions, and no sample: as after a kill before the first chunk.

@@ -43,7 +43,10 @@ fn a_played_participant_gives_the_same_samples() {
             let verify = folder.run(&["verify", "original.mcap", "again.mcap"]);
             assert_eq!(verify.code(), 0, "{scheme:?}, live: {live:?}: {}", verify.stdout());
             let text = verify.stdout();
-            assert!(text.contains("bit by bit; only the cast differs: ") && text.contains("by Phalanx itself"), "{text}");
+            assert!(
+                text.contains("bit by bit; only the cast differs: ") && text.contains("by Phalanx itself"),
+                "{text}"
+            );
         }
     }
 }

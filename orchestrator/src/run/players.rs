@@ -202,7 +202,7 @@ mod tests {
     fn casts_differ_by_participant() {
         let [a, b] = ["./a", "./b"].map(|command| player("plant", command));
         assert_eq!(difference(std::slice::from_ref(&a), std::slice::from_ref(&a)), None);
-        let text = difference(&[a.clone()], &[b]).unwrap();
+        let text = difference(std::slice::from_ref(&a), &[b]).unwrap();
         assert!(text.starts_with("plant is played by `./a`") && text.contains("by `./b`"), "{text}");
         assert!(difference(&[a], &[]).unwrap().ends_with("by Phalanx itself in the second"));
     }
