@@ -16,7 +16,7 @@ fn nodes(folder: &Folder, scenario: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_played_participant_gives_the_same_samples() {
+fn a_played_participant_gives_the_same_bytes() {
     let folder = Folder::new();
     let schemes: [&[&str]; 4] = [
         &["uav", "--duration", "0.5"],
@@ -39,14 +39,7 @@ fn a_played_participant_gives_the_same_samples() {
             };
             let swaps: Vec<&str> = played.iter().flat_map(|swap| ["--swap", swap]).collect();
             let again = record(&folder, scheme, &[&["--out", "again.mcap"], &swaps[..]].concat());
-            assert_ne!(again, original, "the log names who played");
-            let verify = folder.run(&["verify", "original.mcap", "again.mcap"]);
-            assert_eq!(verify.code(), 0, "{scheme:?}, live: {live:?}: {}", verify.stdout());
-            let text = verify.stdout();
-            assert!(
-                text.contains("bit by bit; only the cast differs: ") && text.contains("by Phalanx itself"),
-                "{text}"
-            );
+            assert_eq!(again, original, "{scheme:?}, live: {live:?}");
         }
     }
 }
@@ -60,8 +53,7 @@ fn a_line_of_the_scenario_swaps_a_participant() {
     swapped("");
     let original = record(&folder, &["swapped.toml"], &["--placement", "single", "--out", "original.mcap"]);
     swapped("\"controller.1\" = \"replay:original.mcap\"\nobserver.2 = \"replay:original.mcap\"");
-    record(&folder, &["swapped.toml"], &["--out", "a.mcap"]);
-    assert_eq!(folder.run(&["verify", "original.mcap", "a.mcap"]).code(), 0);
+    assert_eq!(record(&folder, &["swapped.toml"], &["--out", "a.mcap"]), original);
     // The command line has the last word.
     let swap = ["--out", "b.mcap", "--swap", "controller.1=replay:other.mcap"];
     let mixed = record(&folder, &["swapped.toml"], &swap);

@@ -26,8 +26,7 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
             }
             Err(failure) => return Err(failure),
         };
-        draw!("{clear}");
-        println!("{}", table(&before, &now));
+        println!("{clear}{}", table(&before, &now));
         if args.once {
             return Ok(());
         }

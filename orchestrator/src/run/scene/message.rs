@@ -1,6 +1,6 @@
 //! The messages of a scene, as bytes.
 
-use crate::log::Cdr;
+use super::cdr::Cdr;
 
 /// The frame in which everything lies.
 pub(super) const WORLD: &str = "world";
@@ -102,8 +102,12 @@ pub(super) enum Level {
     Fatal = 50,
 }
 
+fn stamp(cdr: &mut Cdr, time_ns: u64) -> &mut Cdr {
+    cdr.i32((time_ns / 1_000_000_000) as i32).u32((time_ns % 1_000_000_000) as u32)
+}
+
 fn header<'a>(cdr: &'a mut Cdr, time_ns: u64, frame: &str) -> &'a mut Cdr {
-    cdr.stamp(time_ns).text(frame)
+    stamp(cdr, time_ns).text(frame)
 }
 
 /// Where frames lie in the world: `tf2_msgs/TFMessage`.
@@ -151,7 +155,7 @@ pub(super) fn marker(cdr: &mut Cdr, time_ns: u64, marker: &Marker<'_>) {
 
 /// A line of the journal: `rcl_interfaces/Log`.
 pub(super) fn journal(cdr: &mut Cdr, time_ns: u64, level: Level, name: &str, text: &str) {
-    cdr.restart().stamp(time_ns).u8(level as u8).text(name).text(text).text("").text("").u32(0);
+    stamp(cdr.restart(), time_ns).u8(level as u8).text(name).text(text).text("").text("").u32(0);
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@
 //! alone, so that equal runs keep giving equal logs.
 
 mod cast;
+mod cdr;
+mod definitions;
 mod message;
 mod moving;
 mod props;
@@ -25,9 +27,10 @@ use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
-use crate::log::definitions::{self, Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
-use crate::log::{Cdr, ExtraChannel, Lasting, LogError, Recorder};
+use crate::log::{ExtraChannel, LogError, Recorder};
 use cast::{Actor, Link, actors, links};
+use cdr::Cdr;
+use definitions::{Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
 use message::{Level, journal, poses, transforms};
 use moving::{Links, Trails};
 
@@ -88,8 +91,7 @@ impl Scene {
         let trails = Trails::new(actors.len(), frames);
         let obstacles = context.obstacles.clone().filter(|obstacles| !obstacles.radii.is_empty());
         let mut add = |topic: &str, definitions: &[Definition]| {
-            let lasting = if topic == "/tf" { Lasting::Volatile } else { Lasting::TransientLocal };
-            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions), lasting)
+            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions))
         };
         let topics = Topics {
             transforms: add("/tf", TRANSFORMS)?,
