@@ -31,7 +31,7 @@ macro_rules! shipped {
     };
 }
 
-/// The scenarios of the thesis, in order of its chapters, and behind them those of the documentation.
+/// The scenarios of the thesis, in order of its chapters.
 pub const SCENARIOS: &[Shipped] = shipped![
     "dsm-ftdo",
     "dsm-cnn",
@@ -42,6 +42,5 @@ pub const SCENARIOS: &[Shipped] = shipped![
     "compensated-experiment",
     "lp-regulation",
     "uav",
-    "mixed",
-    "triangle"
+    "mixed"
 ];

@@ -13,6 +13,11 @@ import numpy
 from rerun.chunk import McapReader
 
 
+def state_column(columns):
+    """The column of the state, whose type ends in the digest of its definition."""
+    return next(name for name in columns if name.startswith("phalanx_msgs.msg.State") and name.endswith(":message"))
+
+
 def main():
     rows, kinds, places, states = {}, {}, {}, {}
     for chunk in McapReader(sys.argv[1]).stream():
@@ -28,7 +33,7 @@ def main():
         columns = {name: batch.column(name).to_pylist() for name in batch.schema.names}
         for index, time in enumerate(columns["message_log_time"]):
             if topic == "/agent_1/state":
-                states[time] = columns["phalanx_msgs.msg.State:message"][index][0]["position"]
+                states[time] = columns[state_column(columns)][index][0]["position"]
             elif columns["Transform3D:child_frame"][index][0] in ("agent_1", "tf#/agent_1"):
                 places[time] = columns["Transform3D:translation"][index][0]
     last = max(places)

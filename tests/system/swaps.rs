@@ -22,7 +22,10 @@ fn one_option_exchanges_a_program_a_recording_or_a_robot() {
     let plain = digest(&folder.run(&[&short[..], &["--out", "runs/yesterday.mcap"]].concat()));
     compile(&folder, "examples/controller-cpp/controller.cpp", "my_controller");
     for swap in ["controller.3=./my_controller", "controller.1=replay:runs/yesterday.mcap"] {
-        assert_eq!(digest(&folder.run(&[&short[..], &["--swap", swap]].concat())), plain, "{swap}");
+        let run = folder.run(&[&short[..], &["--swap", swap, "--out", "again.mcap"]].concat());
+        assert_ne!(digest(&run), plain, "{swap}: the log names who played");
+        let verify = folder.run(&["verify", "runs/yesterday.mcap", "again.mcap"]);
+        assert_eq!(verify.code(), 0, "{swap}: {}", verify.stdout());
     }
     if let Some(python) = python() {
         let new = folder.run(&["new", "observer", "mine", "--lang", "python", "--scenario", "uav"]);

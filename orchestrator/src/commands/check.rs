@@ -1,39 +1,41 @@
 //! `phalanx check`.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::select::from_log;
+use super::select::from_head;
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
-use crate::log::Log;
-use crate::terminal::columns;
+use crate::run::players::Player;
+use crate::terminal::{columns, wrapped};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
-    let log = Log::open(&args.log)?;
-    let assembly = from_log(&log)?;
+    let assembly = from_head(&args.log, Vec::new())?;
     let scenario = &assembly.scenario;
-    if log.steps().is_empty() {
+    let (verdict, log) = Verdict::read(scenario, &args.log)?;
+    let Some(verdict) = verdict else {
         return Err(Failure::Usage(format!(
             "{} holds no complete step; there is nothing to check",
             args.log.display()
         )));
-    }
+    };
     let recorded = log.steps().end - log.steps().start;
     let complete = recorded == scenario.context.timing.periods() + 1;
-    let verdict = Verdict::of(scenario, &log)?;
-    let findings = Watch::replay(&assembly, &log)?;
+    let findings = Watch::stream(&assembly, &args.log)?;
+    let players: Vec<Player> = log.players().iter().map(Player::read).collect();
     if args.json {
         let summary = json!({
             "scenario": scenario.name, "variant": scenario.variant, "complete": complete,
-            "metrics": verdict.to_json(), "assertions": findings.to_json(), "ok": complete && verdict.ok() && findings.ok(),
+            "metrics": verdict.to_json(), "assertions": findings.to_json(), "players": players_json(&players),
+            "ok": complete && verdict.ok() && findings.ok(),
         });
         println!("{summary}");
     } else {
         print!("{}", verdict.table());
         println!("\n{}", summary_line(&verdict, &scenario.overrides));
         show_findings(&findings);
+        show_players(&players);
         if !complete {
             println!("The log ends before the run: {recorded} of {} samples.", scenario.context.timing.periods() + 1);
         }
@@ -59,6 +61,17 @@ pub(super) fn show_findings(findings: &Findings) {
         (count, ..) => format!("{failed} of {count} assertions are violated."),
     };
     println!("{text}\n");
+}
+
+/// What was played by others than Phalanx.
+pub(super) fn show_players(players: &[Player]) {
+    for player in players {
+        println!("{}", wrapped(&format!("{}.", player.sentence()), columns()));
+    }
+}
+
+pub(super) fn players_json(players: &[Player]) -> Vec<Value> {
+    players.iter().map(Player::to_json).collect()
 }
 
 /// One sentence about the bands.

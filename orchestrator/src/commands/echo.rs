@@ -9,12 +9,13 @@ use crate::show::export::{Table, header, write_row};
 use crate::show::view::{signals, topics};
 
 pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
-    let log = Log::open(&args.log)?;
-    let channels = topics(&log, &args.topic)?;
+    let outline = Log::outline(&args.log)?;
+    let channels = topics(&outline, &args.topic)?;
     let [channel] = channels.as_slice() else {
         let names: Vec<&str> = channels.iter().map(|channel| channel.topic.as_str()).collect();
         return Err(Failure::Usage(format!("echo prints one topic; {} means {}", args.topic, names.join(", "))));
     };
+    let log = Log::open_for(&args.log, &|topic, _| topic == channel.topic)?;
     let mut table = Table::of(&log, channel);
     if let Some(field) = &args.field {
         let wanted = signals(&log, &format!("{}/{field}", channel.topic))?;

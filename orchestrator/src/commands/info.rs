@@ -3,12 +3,15 @@
 use lockstep::Shape;
 use serde_json::json;
 
+use super::check::players_json;
 use crate::cli::InfoArgs;
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel};
+use crate::run::players::Player;
+use crate::terminal::plain;
 
 pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
-    let log = Log::open(&args.log)?;
+    let log = Log::outline(&args.log)?;
     if args.scenario {
         let Some(text) = log.scenario_text() else {
             return Err(Failure::Usage(format!("{} holds no scenario", args.log.display())));
@@ -16,6 +19,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
         print!("{text}");
         return Ok(());
     }
+    let players: Vec<Player> = log.players().iter().map(Player::read).collect();
     let duration = log.times().last().map_or(0.0, |ns| *ns as f64 / 1e9);
     if args.json {
         let channels: Vec<_> = log
@@ -27,6 +31,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
             .collect();
         let summary = json!({
             "log": args.log.display().to_string(), "complete": log.is_complete(), "metadata": log.metadata(),
+            "players": players_json(&players),
             "steps": log.steps().end - log.steps().start, "duration": duration, "channels": channels,
         });
         println!("{summary}");
@@ -34,7 +39,10 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
     }
     println!("{}", args.log.display());
     for (name, value) in log.metadata().into_iter().flatten() {
-        println!("  {name:<10} {}", value.replace('\n', ", "));
+        println!("  {:<10} {}", plain(name), plain(&value.replace('\n', ", ")));
+    }
+    for player in &players {
+        println!("  {:<10} by {}", plain(&player.participant), player.what());
     }
     println!("  samples    {} steps, up to {duration} s", log.steps().end - log.steps().start);
     println!(
@@ -43,7 +51,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
     );
     println!("\n{:<24} {:>9}  fields", "topic", "messages");
     for channel in log.channels() {
-        println!("{:<24} {:>9}  {}", channel.topic, channel.messages, fields(channel).join(" "));
+        println!("{:<24} {:>9}  {}", plain(&channel.topic), channel.messages, fields(channel).join(" "));
     }
     Ok(())
 }

@@ -25,7 +25,7 @@ pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {
         let scenario =
             ScenarioArgs { scenario: args.run.clone(), variant: args.variant.clone(), ..ScenarioArgs::default() };
         let assembly = assemble(&scenario)?;
-        let name = super::run::default_log(&assembly);
+        let name = super::run::default_log(&assembly, &[]);
         let channels = assembly.network.channels.iter().map(|c| (c.topic.as_str(), c.agent, &c.layout));
         let stem = name.file_stem().map(PathBuf::from).unwrap_or_default();
         (write_layout(args.viewer, channels, &name.display().to_string()), stem)

@@ -8,6 +8,7 @@ use crate::judge::metrics::norm;
 use crate::log::Log;
 use crate::show::drawing::{Drawing, Line};
 use crate::show::view::signals;
+use crate::terminal::plain;
 
 /// Columns where nobody says how many there are.
 const WIDTH: u16 = 100;
@@ -22,7 +23,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     for text in &args.signals {
         for signal in signals(&log, text)? {
             let Some(series) = log.signal(&signal.topic, &signal.field) else { continue };
-            let name = format!("{}/{}", signal.topic.trim_start_matches('/'), signal.field);
+            let name = plain(&format!("{}/{}", signal.topic.trim_start_matches('/'), signal.field)).into_owned();
             if args.norm && signal.component.is_none() && series.width() > 1 {
                 let values = samples.clone().map(|sample| norm(series.row(sample))).collect();
                 lines.push(Line { label: format!("|{name}|"), values });
@@ -48,7 +49,8 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
         logarithmic: args.log_scale,
         coloured,
     };
-    print!("{}", drawing.draw(&times, &lines));
+    // Names of topics are escaped where they become labels.
+    draw!("{}", drawing.draw(&times, &lines));
     Ok(())
 }
 

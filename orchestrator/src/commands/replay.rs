@@ -8,16 +8,22 @@ use formation::wiring::Assembly;
 use processes::Settings;
 use serde_json::{Value, json};
 
+use super::check::players_json;
 use super::select::{from_head, names_one_plant};
 use crate::cli::ReplayArgs;
 use crate::failure::Failure;
+use crate::log::Log;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
+use crate::run::players::Player;
 use crate::run::robots::{self, Robots};
 use crate::run::swap::{Swap, keep_apart, node_called, own_program};
 use crate::run::urgency::Urgency;
+use crate::terminal::plain;
 use crate::trial::replay::{Departures, Outcome, Setup, rerun};
 
+/// What asks for the component of Phalanx where a log names another player.
+const BUILTIN: &str = "builtin";
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
 
@@ -28,7 +34,20 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
     let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;
-    let swap = args.swap.as_ref().map(|text| swap_of(text, &node, &assembly)).transpose()?;
+    let log = Log::outline(&args.log)?;
+    if log.steps().is_empty() {
+        let path = args.log.display();
+        return Err(Failure::Usage(format!("{path} holds no complete step; there is nothing to compare with")));
+    }
+    let played: Vec<Player> = log.players().iter().map(Player::read).filter(|one| one.participant == node).collect();
+    let swap = match &args.swap {
+        None if played.is_empty() => None,
+        None => return Err(ask(&node, &args.log, &played)),
+        Some(text) if is_builtin(text, &node, &names)? => None,
+        Some(text) => Some(swap_of(text, &node, &assembly)?),
+    };
+    let player = swap.as_ref().and_then(|swap| Player::of(swap, 0));
+    remark_on_changes(&played, player.as_ref());
     robots::check(swap.as_slice(), &assembly, Some(1.0))?;
     keep_apart(&args.log, args.out.as_deref())?;
     let home = Pin::Auto.take()?;
@@ -54,9 +73,14 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let on_signal = stop.clone();
     // A second handler in one process cannot be set; a program that embeds this one has set its own then.
     let _ = ctrlc::set_handler(move || on_signal.request());
-    let outcome = rerun(&setup, command, args.tolerance, args.out.as_deref(), &stop)?;
+    let players: Vec<Player> = match args.out {
+        Some(_) => cast_of(&names, &node, &args.log, player.clone()),
+        None => Vec::new(),
+    };
+    let out = args.out.as_deref().map(|path| (path, players.as_slice()));
+    let outcome = rerun(&setup, command, args.tolerance, out, &stop)?;
     if args.json {
-        println!("{}", to_json(&node, &outcome));
+        println!("{}", to_json(&node, &outcome, &played, player.as_ref()));
     } else {
         println!("{}", text_of(&node, &args.log, &outcome));
     }
@@ -65,6 +89,50 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         None if outcome.departures.is_equal() => Ok(()),
         None => Err(Failure::Different),
     }
+}
+
+/// Asks for what played `node`: a command is not carried out only because a file names it.
+fn ask(node: &str, log: &Path, played: &[Player]) -> Failure {
+    let what = played.iter().map(Player::what).collect::<Vec<_>>().join(", then ");
+    let last = played.last().map_or(String::new(), |player| plain(&player.command).into_owned());
+    let argument = format!("{node}={last}").replace('\'', "'\"'\"'");
+    Failure::Usage(format!(
+        "in {}, {node} was not played by Phalanx but by {what}; a command is not run only because a log names it: ask for it with \
+         --swap '{argument}', or for the component of Phalanx with --swap {node}={BUILTIN}",
+        log.display()
+    ))
+}
+
+/// Whether `text` asks for the component of Phalanx itself.
+fn is_builtin(text: &str, node: &str, names: &[&str]) -> Result<bool, Failure> {
+    let Some((name, player)) = text.split_once('=') else { return Ok(false) };
+    if player.trim() != BUILTIN {
+        return Ok(false);
+    }
+    let meant = node_called(name, names).map_err(|reason| Failure::Usage(format!("--swap {name}: {reason}")))?;
+    if meant == node {
+        return Ok(true);
+    }
+    Err(Failure::Usage(format!("--swap {text}: only {node} is run, all others are played from the log")))
+}
+
+/// Says which files are no longer those that played.
+fn remark_on_changes(played: &[Player], player: Option<&Player>) {
+    let (Some(player), Some(recorded)) = (player, played.last()) else { return };
+    for (file, digest) in recorded.files.iter().filter(|(_, digest)| !digest.is_empty()) {
+        if player.files.iter().all(|(_, now)| now != digest) {
+            let short = plain(digest.get(..16).unwrap_or(digest)).into_owned();
+            eprintln!("note: no file of this command is the {} (sha256 {short}) that played", plain(file));
+        }
+    }
+}
+
+/// Who plays in the new run: the others come from the log.
+fn cast_of(names: &[&str], node: &str, log: &Path, player: Option<Player>) -> Vec<Player> {
+    let recorded = Player::from_log("", log);
+    let others = names.iter().filter(|name| **name != node);
+    let others = others.map(|name| Player { participant: name.to_string(), ..recorded.clone() });
+    player.into_iter().chain(others).collect()
 }
 
 /// Our own participants.
@@ -117,7 +185,7 @@ fn text_of(node: &str, log: &Path, outcome: &Outcome) -> String {
     text
 }
 
-fn to_json(node: &str, outcome: &Outcome) -> Value {
+fn to_json(node: &str, outcome: &Outcome, played: &[Player], player: Option<&Player>) -> Value {
     let departures = &outcome.departures;
     let fields: Vec<Value> = departures
         .fields()
@@ -130,6 +198,8 @@ fn to_json(node: &str, outcome: &Outcome) -> Value {
         .collect();
     json!({
         "node": node,
+        "recorded_players": players_json(played),
+        "player": player.map(Player::to_json),
         "equal": departures.is_equal() && outcome.stopped.is_none(),
         "steps": departures.steps,
         "samples": departures.samples, "differing_samples": departures.differing_samples,

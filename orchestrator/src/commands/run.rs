@@ -6,15 +6,15 @@ use formation::scenario::{FailurePolicy, OnFailure};
 use formation::wiring::Assembly;
 use serde_json::{Value, json};
 
-use super::check::{show_findings, summary_line};
+use super::check::{players_json, show_findings, show_players, summary_line};
 use super::select::assemble_for;
 use crate::cli::RunArgs;
 use crate::failure::Failure;
 use crate::judge::verdict::Verdict;
-use crate::log::Log;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
+use crate::run::players::Player;
 use crate::run::profile;
 use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap, keep_apart};
@@ -24,14 +24,13 @@ use crate::terminal::{columns, wrapped};
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(&args.scenario, &args.swap)?;
-    let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly)));
+    let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly, &args.swap)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
     robots::check(&swaps, &assembly, args.realtime)?;
-    let trace = match &args.profile {
-        None => None,
-        Some(None) if placement == Placement::Single && swaps.is_empty() => None,
-        Some(path) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
+    let trace = match (&args.profile, placement) {
+        (None, _) | (Some(None), Placement::Single) => None,
+        (Some(path), _) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
     };
     let options = Options {
         swaps,
@@ -53,28 +52,22 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         announce(&assembly, &options, log.as_deref());
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
-    let verdict = match &log {
-        Some(path) => judge(&assembly, path)?,
-        None => None,
+    let (verdict, players) = match &log {
+        Some(path) => {
+            let (verdict, log) = Verdict::read(&assembly.scenario, path)?;
+            (verdict, log.players().iter().map(Player::read).collect())
+        }
+        None => (None, Player::all(&options.swaps)),
     };
     if args.json {
-        println!("{}", to_json(&assembly, &outcome, verdict.as_ref()));
+        println!("{}", to_json(&assembly, &outcome, verdict.as_ref(), &players));
     } else {
-        show(&assembly, &outcome, verdict.as_ref());
+        show(&assembly, &outcome, verdict.as_ref(), &players);
         if args.profile.is_some() {
             show_profile(&outcome, options.trace.as_deref());
         }
     }
     conclude(outcome, verdict.as_ref())
-}
-
-/// The metrics; none of a log that holds no complete step.
-fn judge(assembly: &Assembly, path: &Path) -> Result<Option<Verdict>, Failure> {
-    let log = Log::open(path)?;
-    if log.steps().is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(Verdict::of(&assembly.scenario, &log)?))
 }
 
 /// The exit code of a run with this verdict.
@@ -83,10 +76,30 @@ pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<()
     if verdict.is_some_and(|verdict| !verdict.ok()) { Err(Failure::Missed) } else { Ok(()) }
 }
 
-pub(super) fn default_log(assembly: &Assembly) -> PathBuf {
+/// `runs/uav-TSC.mcap`, or `runs/uav-TSC+plant.mcap` where the command line swaps the plant.
+pub(super) fn default_log(assembly: &Assembly, swaps: &[String]) -> PathBuf {
     let scenario = &assembly.scenario;
     let variant = if scenario.variant.is_empty() { String::new() } else { format!("-{}", scenario.variant) };
-    Path::new("runs").join(format!("{}{variant}.mcap", scenario.name))
+    let names: Vec<String> =
+        swaps.iter().map(|swap| swap.split('=').next().unwrap_or_default().trim().replace('.', "_")).collect();
+    Path::new("runs").join(format!("{}{variant}{}.mcap", scenario.name, marks(&names)))
+}
+
+/// What the name of a log says of those who were swapped: `+plant`, `+controller_3`, or `+controllers` if they are several.
+fn marks(names: &[String]) -> String {
+    let role = |name: &str| name.split('_').next().unwrap_or_default().to_string();
+    let mut marks = String::new();
+    let mut roles: Vec<String> = names.iter().map(|name| role(name)).collect();
+    roles.sort_unstable();
+    roles.dedup();
+    for one in roles {
+        let mut of_role = names.iter().filter(|name| role(name) == one);
+        match (of_role.next(), of_role.next()) {
+            (Some(name), None) => marks.push_str(&format!("+{name}")),
+            _ => marks.push_str(&format!("+{one}s")),
+        }
+    }
+    marks
 }
 
 /// Programs of the command line, or else of the scenario.
@@ -101,6 +114,9 @@ pub(super) fn parse_swaps(
         // In one process, the laboratory itself does what the emulators of a scenario would do.
         let is_emulated = |swap: &Swap| matches!(swap.robot(), Some(RobotSwap::Emulated(_)));
         swaps.retain(|swap| !texts.is_empty() || !is_emulated(swap));
+        if !swaps.is_empty() {
+            return Err(Failure::Usage("a swapped participant needs a process; leave out --placement single".into()));
+        }
     }
     let logs = swaps.iter().filter_map(Swap::log);
     logs.zip(std::iter::repeat(log)).try_for_each(|(source, log)| keep_apart(source, log))?;
@@ -147,7 +163,7 @@ fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
     let scenario = &assembly.scenario;
     let timing = scenario.context.timing;
     let processes = match options.placement {
-        _ if options.in_one_process() => "1 process".to_string(),
+        Placement::Single => "1 process".to_string(),
         placement => format!("{} processes", placement.workers(assembly, &options.swaps).len() + 1),
     };
     eprintln!(
@@ -170,12 +186,13 @@ pub(super) fn end_on_signals(stop: Stop) {
     let _ = ctrlc::set_handler(move || stop.request());
 }
 
-fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) {
+fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
     if let Some(verdict) = verdict.filter(|verdict| !verdict.rows.is_empty()) {
         println!("{}", verdict.table());
         println!("{}", summary_line(verdict, &assembly.scenario.overrides));
     }
     show_findings(&outcome.findings);
+    show_players(players);
     let say = |text: String| println!("{}", wrapped(&text, columns()));
     say(format!(
         "{} steps in {:.2} s: {:.0} steps/s, {:.1} x real time, {} processes",
@@ -221,7 +238,7 @@ pub(super) fn show_profile(outcome: &Outcome, trace: Option<&Path>) {
     }
 }
 
-fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) -> Value {
+fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) -> Value {
     let scenario = &assembly.scenario;
     json!({
         "scenario": scenario.name,
@@ -235,6 +252,7 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
         "metrics": verdict.map(Verdict::to_json),
         "replaced": outcome.replaced,
+        "players": players_json(players),
         "assertions": outcome.findings.to_json(),
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
         "pace": outcome.pacing.map(|pacing| json!({
@@ -246,4 +264,17 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>) ->
         })),
         "ok": outcome.ending.is_whole() && outcome.findings.ok() && verdict.is_none_or(Verdict::ok),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::marks;
+
+    #[test]
+    fn a_name_says_who_was_swapped() {
+        let marks = |names: &[&str]| marks(&names.iter().map(|name| name.to_string()).collect::<Vec<_>>());
+        assert_eq!(marks(&[]), "");
+        assert_eq!(marks(&["plant", "controller_3"]), "+controller_3+plant");
+        assert_eq!(marks(&["controller_3", "observer_1", "controller_1"]), "+controllers+observer_1");
+    }
 }

@@ -26,7 +26,8 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
             }
             Err(failure) => return Err(failure),
         };
-        println!("{clear}{}", table(&before, &now));
+        draw!("{clear}");
+        println!("{}", table(&before, &now));
         if args.once {
             return Ok(());
         }

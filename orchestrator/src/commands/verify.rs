@@ -13,8 +13,11 @@ use crate::log::{Comparison, Log, compare};
 use crate::run::engine::cores;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
+use crate::run::players::{Player, difference};
 use crate::run::stress::{Busy, Stress};
+use crate::run::swap::{RobotSwap, Swap};
 use crate::run::{Options, run};
+use crate::terminal::plain;
 
 pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
     match (&args.scenario, args.logs.as_slice()) {
@@ -26,7 +29,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
             } else {
                 println!("{}", sentence(&comparison));
             }
-            conclude(matches!(comparison, Comparison::Equal { .. }))
+            conclude(matches!(comparison.samples, Comparison::Equal { .. }))
         }
         (None, _) => Err(Failure::Usage("name two logs, or a scenario with --scenario".into())),
     }
@@ -36,20 +39,37 @@ fn conclude(equal: bool) -> Result<(), Failure> {
     if equal { Ok(()) } else { Err(Failure::Different) }
 }
 
-fn compare_files(first: &Path, second: &Path) -> Result<Comparison, Failure> {
-    Ok(compare(&Log::open(first)?, &Log::open(second)?))
+/// Two logs side by side: their samples, and what played in them if that differs.
+struct Compared {
+    samples: Comparison,
+    cast: Option<String>,
 }
 
-fn sentence(comparison: &Comparison) -> String {
-    match comparison {
+fn compare_files(first: &Path, second: &Path) -> Result<Compared, Failure> {
+    let (a, b) = (Log::outline(first)?, Log::outline(second)?);
+    if let Some(log) = [&a, &b].into_iter().find(|log| log.steps().is_empty()) {
+        let path = log.path().display();
+        return Err(Failure::Usage(format!("{path} holds no complete step; there is nothing to compare")));
+    }
+    let [ours, theirs] = [&a, &b].map(|log| log.players().iter().map(Player::read).collect::<Vec<_>>());
+    Ok(Compared { samples: compare(&a, &b)?, cast: difference(&ours, &theirs) })
+}
+
+fn sentence(compared: &Compared) -> String {
+    let samples = match &compared.samples {
         Comparison::Equal { numbers } => format!("equal: all {numbers} numbers, bit by bit"),
-        Comparison::Unlike(reason) => format!("different: {reason}"),
-        Comparison::Different(difference) => format!("different: {difference}"),
+        Comparison::Unlike(reason) => format!("different: {}", plain(reason)),
+        Comparison::Different(difference) => format!("different: {}", plain(&difference.to_string())),
+    };
+    match (&compared.cast, &compared.samples) {
+        (None, _) => samples,
+        (Some(cast), Comparison::Equal { .. }) => format!("{samples}; only the cast differs: {cast}"),
+        (Some(cast), _) => format!("{samples}; the cast differs, too: {cast}"),
     }
 }
 
-fn to_json(comparison: &Comparison) -> serde_json::Value {
-    match comparison {
+fn to_json(compared: &Compared) -> serde_json::Value {
+    let mut summary = match &compared.samples {
         Comparison::Equal { numbers } => json!({"equal": true, "numbers": numbers}),
         Comparison::Unlike(reason) => json!({"equal": false, "reason": reason}),
         Comparison::Different(difference) => json!({
@@ -57,7 +77,9 @@ fn to_json(comparison: &Comparison) -> serde_json::Value {
             "topic": difference.topic, "field": difference.field, "values": difference.values,
             "ulps": difference.ulps(), "differing": difference.differing, "numbers": difference.numbers,
         }),
-    }
+    };
+    summary["cast"] = json!(compared.cast);
+    summary
 }
 
 /// One way to run a scenario.
@@ -75,20 +97,24 @@ fn verify_scenario(scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
         duration: args.duration.clone(),
         seed: None,
     })?;
-    if !assembly.scenario.swaps.is_empty() {
+    let swaps = Swap::collect(&assembly, &[])?;
+    if let Some(robot) = swaps.iter().find(|swap| swap.robot().is_some_and(RobotSwap::is_free)) {
         return Err(Failure::Usage(format!(
-            "{scenario} swaps participants, which takes a process each; verify runs all in one process, too: leave out [swap]"
+            "{scenario}: {} is played by {robot}, for which time passes by itself, so that no two runs are equal; verify it with \
+             another player in [swap], or with --set swap={{}}",
+            robot.node
         )));
     }
     let folder = Folder::create()?;
     let reference = folder.path.join("reference.mcap");
-    let expected = record(&assembly, &Options::new(Placement::Single, Some(reference.clone())))?;
+    let basis = basis(&swaps);
+    let expected = record(&assembly, &options(&swaps, basis, Some(reference.clone())))?;
     if !args.json {
-        println!("{:<44} sha256 {}  reference", "single", &expected[..16]);
+        println!("{:<44} sha256 {}  reference", basis.name(), &expected[..16]);
     }
     let busy = if args.stress { Busy::start(cores()?.len()) } else { Busy::start(0) };
     let mut different = Vec::new();
-    let ways = ways(&assembly, args, &folder)?;
+    let ways = ways(&assembly, args, &folder, &swaps)?;
     for way in &ways {
         let digest = record(&assembly, &way.options)?;
         let equal = digest == expected;
@@ -115,10 +141,23 @@ fn verify_scenario(scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
     conclude(different.is_empty())
 }
 
+/// The placement of the reference: one process, unless a participant is played by something that needs its own.
+fn basis(swaps: &[Swap]) -> Placement {
+    let needs_process = |swap: &Swap| swap.robot().is_none();
+    if swaps.iter().any(needs_process) { Placement::Processes } else { Placement::Single }
+}
+
+/// A run with these swaps; in one process, the laboratory does what emulators would do.
+fn options(swaps: &[Swap], placement: Placement, log: Option<PathBuf>) -> Options {
+    let swaps = if placement == Placement::Single { Vec::new() } else { swaps.to_vec() };
+    Options { swaps, ..Options::new(placement, log) }
+}
+
 /// Every placement with every pinning, as often as asked for.
-fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder) -> Result<Vec<Way>, Failure> {
+fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder, swaps: &[Swap]) -> Result<Vec<Way>, Failure> {
     let mut ways = Vec::new();
-    for placement in placements(assembly, &args.placements)? {
+    let possible = |placement: &Placement| *placement != Placement::Single || basis(swaps) == Placement::Single;
+    for placement in placements(assembly, &args.placements)?.into_iter().filter(possible) {
         let pins = if placement == Placement::Single { &[Pin::None][..] } else { &[Pin::Auto, Pin::None] };
         for &pin in pins {
             for round in 0..args.repeat {
@@ -127,7 +166,7 @@ fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder) -> Result<Vec<W
                 let stressed = stress.map_or(String::new(), |stress| format!(", stress {}", stress.seed));
                 let name = format!("{}, {pinned}{stressed}, round {}", placement.name(), round + 1);
                 let log = folder.path.join(format!("{}.mcap", ways.len()));
-                ways.push(Way { name, options: Options { pin, stress, ..Options::new(placement, Some(log)) } });
+                ways.push(Way { name, options: Options { pin, stress, ..options(swaps, placement, Some(log)) } });
             }
         }
     }

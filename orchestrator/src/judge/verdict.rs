@@ -1,11 +1,13 @@
 //! What a log says, held against what it should say.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use formation::scenario::{Expectation, Scenario};
 use serde_json::{Map, Value, json};
 
-use crate::judge::metrics::{MetricError, Run, SETS};
+use crate::failure::Failure;
+use crate::judge::metrics::{Metric, MetricError, Run, SETS};
 use crate::log::Log;
 
 /// A metric with its band.
@@ -55,16 +57,37 @@ impl Verdict {
     /// # Errors
     /// [`MetricError`] if the log does not hold what the metrics need, or the scenario names an unknown set.
     pub fn of(scenario: &Scenario, log: &Log) -> Result<Self, MetricError> {
-        let metrics = if scenario.metrics.is_empty() {
-            Vec::new()
-        } else {
-            let set =
-                SETS.iter().find(|set| set.name == scenario.metrics).ok_or_else(|| MetricError::NotApplicable {
-                    set: scenario.metrics.clone(),
-                    reason: "there is no such set of metrics".into(),
-                })?;
-            (set.compute)(&Run::new(scenario, log))?
+        Ok(Self::compare(scenario, compute(&Run::new(scenario, log))?))
+    }
+
+    /// The same from the log `path`, of which only those signals are kept in memory that the metrics read. Returns the log with
+    /// them, too; no verdict on a log that holds no complete step.
+    ///
+    /// # Errors
+    /// As those of [`Verdict::of`], and [`Failure::Log`] if the log cannot be read.
+    pub fn read(scenario: &Scenario, path: &Path) -> Result<(Option<Self>, Log), Failure> {
+        // What is read does not depend on how many steps there are.
+        let first = Log::first_step(path)?;
+        let run = Run::new(scenario, &first);
+        let known = if first.steps().is_empty() { Ok(Vec::new()) } else { compute(&run) };
+        let asked = run.asked();
+        let is_asked = |topic: &str, field: &str| asked.contains(&(topic.into(), field.into()));
+        let log = Log::open_for(path, &is_asked)?;
+        known?;
+        if log.steps().is_empty() {
+            return Ok((None, log));
+        }
+        let run = Run::new(scenario, &log);
+        let metrics = compute(&run);
+        let lacks = |(topic, field): &(String, String)| !is_asked(topic, field) && log.has(topic, field);
+        let metrics = match run.asked().iter().any(lacks) {
+            true => compute(&Run::new(scenario, &Log::open(path)?))?,
+            false => metrics?,
         };
+        Ok((Some(Self::compare(scenario, metrics)), log))
+    }
+
+    fn compare(scenario: &Scenario, metrics: Vec<Metric>) -> Self {
         let mut rows: Vec<Row> = metrics
             .into_iter()
             .map(|metric| {
@@ -79,7 +102,7 @@ impl Verdict {
                 rows.push(Row { id: id.clone(), value: f64::NAN, expectation: expectation.clone(), ok: Some(false) });
             }
         }
-        Ok(Self { rows })
+        Self { rows }
     }
 
     /// Whether no metric is outside its band.
@@ -138,6 +161,19 @@ impl Verdict {
         }
         Value::Object(metrics)
     }
+}
+
+/// The metrics of the set that the scenario names; none if it names none.
+fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
+    let name = &run.scenario.metrics;
+    if name.is_empty() {
+        return Ok(Vec::new());
+    }
+    let set = SETS.iter().find(|set| set.name == *name).ok_or_else(|| MetricError::NotApplicable {
+        set: name.clone(),
+        reason: "there is no such set of metrics".into(),
+    })?;
+    (set.compute)(run)
 }
 
 /// JSON has no NaN and no infinity.

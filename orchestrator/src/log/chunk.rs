@@ -3,11 +3,11 @@
 use std::io;
 
 use lockstep::{HEADER_BYTES, Header};
-use mcap::records::op;
 use zstd::bulk::Compressor;
 
 use super::ENCAPSULATION;
 use super::encode::{Encode, PREFIX_BYTES};
+use super::record::op;
 
 /// Level of the compression; part of what makes equal runs equal bytes.
 const LEVEL: i32 = 1;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Log, LogChannel};
+use super::{Log, LogChannel, LogError, Stream};
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,38 +77,61 @@ fn signals(log: &Log) -> impl Iterator<Item = &LogChannel> {
     log.channels().iter().filter(|channel| channel.layout.is_some())
 }
 
-/// Compares all samples of two logs.
-pub fn compare(a: &Log, b: &Log) -> Comparison {
+/// Compares all samples of two logs, of which `a` and `b` are outlines at least; the samples are read step by step.
+///
+/// # Errors
+/// [`LogError`] if a file cannot be read, or is another one by now.
+pub fn compare(a: &Log, b: &Log) -> Result<Comparison, LogError> {
     if let Some(reason) = unlike(a, b) {
-        return Comparison::Unlike(reason);
+        return Ok(Comparison::Unlike(reason));
     }
-    let (mut numbers, mut differing) = (0, 0);
-    // Row, number of the channel, word.
-    let mut first: Option<(usize, usize, usize)> = None;
-    let pairs: Vec<_> = signals(a).zip(signals(b)).collect();
-    for (index, (ours, theirs)) in pairs.iter().enumerate() {
-        let stride = ours.stride();
-        for (at, (x, y)) in ours.numbers().iter().zip(theirs.numbers()).enumerate() {
-            numbers += 1;
-            if x.to_bits() != y.to_bits() {
-                differing += 1;
-                let found = (at / stride, index, at % stride);
-                first = Some(first.map_or(found, |known| known.min(found)));
+    let open = |log: &Log| {
+        let topics = signals(log).filter_map(|channel| Some((channel.topic.clone(), channel.layout.clone()?)));
+        Stream::open(log.path(), &topics.collect::<Vec<_>>())
+    };
+    let (mut ours, mut theirs) = (open(a)?, open(b)?);
+    let channels: Vec<_> = signals(a).collect();
+    let (mut numbers, mut differing, mut first) = (0, 0, None);
+    for (row, step) in a.steps().enumerate() {
+        for stream in [&mut ours, &mut theirs] {
+            if !stream.advance()? || stream.step() != Some(step) {
+                let what = "it was written while it was read".into();
+                return Err(LogError::Topic { path: stream.path().into(), topic: channels[0].topic.clone(), what });
+            }
+        }
+        for (index, channel) in channels.iter().enumerate() {
+            let pairs = sample(&ours, index).zip(sample(&theirs, index)).enumerate();
+            for (number, (x, y)) in pairs {
+                numbers += 1;
+                if x.to_bits() != y.to_bits() {
+                    differing += 1;
+                    first.get_or_insert_with(|| Place {
+                        row,
+                        topic: &channel.topic,
+                        field: channel.label(number),
+                        values: [x, y],
+                    });
+                }
             }
         }
     }
-    let Some((row, index, word)) = first else { return Comparison::Equal { numbers } };
-    let (ours, theirs) = pairs[index];
-    let value = |channel: &LogChannel| channel.numbers()[row * channel.stride() + word];
-    Comparison::Different(Difference {
-        step: a.steps().start + row as u64,
-        time_ns: a.times()[row],
-        topic: ours.topic.clone(),
-        field: ours.label(word),
-        values: [value(ours), value(theirs)],
-        differing,
-        numbers,
-    })
+    let Some(Place { row, topic, field, values }) = first else { return Ok(Comparison::Equal { numbers }) };
+    let (step, time_ns) = (a.steps().start + row as u64, a.times()[row]);
+    Ok(Comparison::Different(Difference { step, time_ns, topic: topic.clone(), field, values, differing, numbers }))
+}
+
+/// Where the first difference is.
+struct Place<'a> {
+    row: usize,
+    topic: &'a String,
+    field: String,
+    values: [f64; 2],
+}
+
+/// Step, status and words of a sample.
+fn sample(stream: &Stream, topic: usize) -> impl Iterator<Item = f64> {
+    let header = stream.header(topic);
+    [header.step as f64, f64::from(header.status)].into_iter().chain(stream.words(topic).iter().copied())
 }
 
 /// Why the samples of two logs cannot be compared one by one.

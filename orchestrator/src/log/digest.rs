@@ -1,5 +1,9 @@
 //! What a log says, in 64 digits.
 
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
 use sha2::{Digest, Sha256};
 
 use super::Log;
@@ -20,6 +24,26 @@ impl Log {
                 digest.update(number.to_bits().to_le_bytes());
             }
         }
-        digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        text_of(digest)
     }
+}
+
+/// SHA-256 of a file, in hexadecimal digits.
+///
+/// # Errors
+/// What the operating system says.
+pub(crate) fn file_digest(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut digest = Sha256::new();
+    io::copy(&mut file, &mut digest)?;
+    Ok(text_of(digest))
+}
+
+/// SHA-256 of some bytes, in hexadecimal digits.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    text_of(Sha256::new_with_prefix(bytes))
+}
+
+fn text_of(digest: Sha256) -> String {
+    digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

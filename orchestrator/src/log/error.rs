@@ -40,6 +40,18 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
     },
+    /// The file is MCAP of another writer, whose compression is not read.
+    #[error(
+        "{} is an MCAP file, but not a log of Phalanx: its chunks are compressed with {compression:?}, those of Phalanx with \
+         \"zstd\"; give a log that `phalanx` recorded",
+        .path.display()
+    )]
+    Compression {
+        /// The file.
+        path: PathBuf,
+        /// The compression.
+        compression: String,
+    },
     /// The file contradicts itself: bits were flipped, or it was edited.
     #[error(
         "log {} is damaged at byte {at}: {what}; `phalanx recover` keeps what stands before that place",

@@ -17,6 +17,7 @@ impl Log {
             messages: 0,
             agent: channel.agent,
             layout: Some(channel.layout.clone()),
+            kept: None,
             data: Vec::new(),
         };
         Self {
@@ -24,6 +25,7 @@ impl Log {
             complete: true,
             scenario: Some(scenario),
             metadata: Some(metadata),
+            players: Vec::new(),
             channels: network.channels.iter().map(channel).collect(),
             first: None,
             times: Vec::new(),

@@ -7,11 +7,14 @@
 //! A sample is stored as CDR, which is what a [`lockstep::Layout`] lays out already. The schema next to it says what the
 //! bytes mean, so a log needs no program of ours to be read.
 
+mod cdr;
 mod chunk;
 mod compare;
+pub(crate) mod definitions;
 mod digest;
 mod encode;
 mod error;
+mod header;
 mod live;
 mod output;
 mod past;
@@ -20,20 +23,26 @@ mod reader;
 mod record;
 mod recorder;
 mod recover;
+mod ros;
 mod schema;
 mod series;
 mod sink;
 mod stream;
+mod summary;
 mod target;
 mod walk;
 
+pub(crate) use cdr::Cdr;
 pub use compare::{Comparison, Difference, compare, ulps};
+pub(crate) use digest::file_digest;
 pub use error::LogError;
 pub(crate) use past::play_log;
 pub use reader::{Log, LogChannel};
 pub(crate) use recorder::UNSETTLED;
 pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};
 pub use recover::{Recovered, recover};
+pub use ros::Lasting;
+pub(crate) use schema::own_type;
 pub use series::Series;
 pub use sink::Summary;
 pub use stream::{Head, Stream};
@@ -45,5 +54,7 @@ mod tests;
 const SCENARIO: &str = "scenario.toml";
 /// Name of the metadata record that holds what the caller says about the run.
 const METADATA: &str = "phalanx";
+/// Name of the metadata records that say what played a participant in the place of Phalanx.
+pub(crate) const PLAYER: &str = "phalanx-player";
 /// What stands before the header of every message: CDR, little-endian, no options.
 pub(crate) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

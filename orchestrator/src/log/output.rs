@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use mcap::records::op;
 use sha2::{Digest, Sha256};
 
 use super::chunk::{Chunk, Packed};
 use super::encode::Encode;
+use super::record::{MAGIC, op};
 use super::target::Target;
 
 /// Where a log goes.
@@ -70,7 +70,7 @@ impl<W: Target> Output<W> {
             metadata: Vec::new(),
             statistics: Statistics::default(),
         };
-        let mut bytes = mcap::MAGIC.to_vec();
+        let mut bytes = MAGIC.to_vec();
         bytes.record(op::HEADER, |body| {
             body.put_text(profile);
             body.put_text(library);
@@ -203,7 +203,7 @@ impl<W: Target> Output<W> {
         bytes[footer - 8..footer].copy_from_slice(&length.to_le_bytes());
         let checksum = crc32fast::hash(&bytes[data_end..]);
         bytes.put_u32(checksum);
-        bytes.extend_from_slice(mcap::MAGIC);
+        bytes.extend_from_slice(MAGIC);
         self.write(&bytes)?;
         self.flush()?;
         let sha256 = self.digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use lockstep::{HEADER_BYTES, Header, Layout};
 
+use super::header::Headers;
 use super::record::Record;
 use super::schema::layout_of;
 use super::walk::{Ending, walk};
-use super::{ENCAPSULATION, LogError, METADATA, SCENARIO, Series};
+use super::{ENCAPSULATION, LogError, METADATA, PLAYER, SCENARIO, Series};
 
 /// Numbers kept of the header of a sample: its step and its status.
 pub(super) const HEADER_WORDS: usize = 2;
@@ -27,14 +28,43 @@ pub struct LogChannel {
     pub agent: u32,
     /// What its samples consist of; `None` for a channel of another kind, whose messages are not decoded.
     pub layout: Option<Layout>,
-    /// Step, status and words of each sample, one after the other.
+    /// Which numbers of a sample (its step, its status, its words) are in memory, ascending; `None`: all.
+    pub(super) kept: Option<Vec<usize>>,
+    /// The numbers of each sample that are in memory, one after the other.
     pub(super) data: Vec<f64>,
 }
 
 impl LogChannel {
-    /// Numbers of a sample: its step, its status, its words.
+    /// Numbers of a sample that are in memory.
     pub(super) fn stride(&self) -> usize {
-        HEADER_WORDS + self.layout.as_ref().map_or(0, Layout::words)
+        let all = || HEADER_WORDS + self.layout.as_ref().map_or(0, Layout::words);
+        self.kept.as_ref().map_or_else(all, Vec::len)
+    }
+
+    /// Where a number of a sample is among those in memory; `None` if it is not.
+    fn place(&self, number: usize) -> Option<usize> {
+        self.kept.as_ref().map_or(Some(number), |kept| kept.binary_search(&number).ok())
+    }
+
+    /// Place and length of a field, in numbers of a sample.
+    fn numbers_of(&self, field: &str) -> Option<(usize, usize)> {
+        match field {
+            "step" => Some((0, 1)),
+            "status" => Some((1, 1)),
+            _ => self.layout.as_ref()?.find(field).map(|(offset, width)| (HEADER_WORDS + offset, width)),
+        }
+    }
+
+    /// Has only these fields kept.
+    fn keep(&mut self, keep: &dyn Fn(&str, &str) -> bool) {
+        let Some(layout) = &self.layout else { return };
+        let names = layout.fields().iter().map(|field| field.name.as_str());
+        let wanted: Vec<&str> =
+            ["step", "status"].into_iter().chain(names).filter(|name| keep(&self.topic, name)).collect();
+        if wanted.len() < 2 + layout.fields().len() {
+            let numbers = wanted.into_iter().filter_map(|name| self.numbers_of(name));
+            self.kept = Some(numbers.flat_map(|(offset, width)| offset..offset + width).collect());
+        }
     }
 
     /// Sample after sample.
@@ -60,6 +90,7 @@ pub struct Log {
     pub(super) complete: bool,
     pub(super) scenario: Option<String>,
     pub(super) metadata: Option<BTreeMap<String, String>>,
+    pub(super) players: Vec<BTreeMap<String, String>>,
     pub(super) channels: Vec<LogChannel>,
     /// The first recorded step.
     pub(super) first: Option<u32>,
@@ -73,9 +104,39 @@ impl Log {
     /// [`LogError::Read`], [`LogError::NotMcap`], [`LogError::Foreign`]; [`LogError::Damaged`], [`LogError::Topic`] and
     /// [`LogError::Step`] if the content is wrong or a sample is missing.
     pub fn open(path: &Path) -> Result<Self, LogError> {
-        let mut reader = Reader::new(path);
+        Self::open_for(path, &|_, _| true)
+    }
+
+    /// The same, but of the samples only those fields are kept in memory for which `keep` says so, given topic and field; the
+    /// whole file is checked all the same.
+    ///
+    /// # Errors
+    /// As those of [`open`](Self::open).
+    pub fn open_for(path: &Path, keep: &dyn Fn(&str, &str) -> bool) -> Result<Self, LogError> {
+        let mut reader = Reader::new(path, keep, None);
         let ending = walk(path, |at, record| reader.take(at, record))?;
         reader.finish(ending)
+    }
+
+    /// Everything but the samples; the whole file is checked all the same.
+    ///
+    /// # Errors
+    /// As those of [`open`](Self::open).
+    pub fn outline(path: &Path) -> Result<Self, LogError> {
+        Self::open_for(path, &|_, _| false)
+    }
+
+    /// The first step of the log, of which the rest is not read; no step if there is none.
+    ///
+    /// # Errors
+    /// As those of [`open`](Self::open), as far as the file is read.
+    pub fn first_step(path: &Path) -> Result<Self, LogError> {
+        let mut reader = Reader::new(path, &|_, _| true, Some(1));
+        match walk(path, |at, record| reader.take(at, record)) {
+            Ok(ending) => reader.finish(ending),
+            Err(_) if reader.is_full => reader.finish(Ending::Cut { at: 0 }),
+            Err(error) => Err(error),
+        }
     }
 
     /// The file.
@@ -98,6 +159,11 @@ impl Log {
         self.metadata.as_ref()
     }
 
+    /// What the log says of every participant that was not played by Phalanx itself, in the order in which they began.
+    pub fn players(&self) -> &[BTreeMap<String, String>] {
+        &self.players
+    }
+
     /// All channels in the order of the file.
     pub fn channels(&self) -> &[LogChannel] {
         &self.channels
@@ -118,7 +184,8 @@ impl Log {
     pub fn samples(&self, topic: &str) -> Option<Series<'_>> {
         let channel = self.channels.iter().find(|channel| channel.topic == topic)?;
         let words = channel.layout.as_ref()?.words();
-        Some(Series::new(&channel.data, channel.stride(), HEADER_WORDS, words))
+        // Of a log of which only some fields were read, there are no whole samples.
+        channel.kept.is_none().then(|| Series::new(&channel.data, channel.stride(), HEADER_WORDS, words))
     }
 
     /// The values of `field` on `topic` at all steps; `None` if there is no such signal.
@@ -127,36 +194,46 @@ impl Log {
     /// of its [`lockstep::Status`].
     pub fn signal(&self, topic: &str, field: &str) -> Option<Series<'_>> {
         let channel = self.channels.iter().find(|channel| channel.topic == topic && channel.layout.is_some())?;
-        let (offset, width) = match field {
-            "step" => (0, 1),
-            "status" => (1, 1),
-            _ => channel.layout.as_ref()?.find(field).map(|(offset, width)| (HEADER_WORDS + offset, width))?,
-        };
-        Some(Series::new(&channel.data, channel.stride(), offset, width))
+        let (number, width) = channel.numbers_of(field)?;
+        Some(Series::new(&channel.data, channel.stride(), channel.place(number)?, width))
+    }
+
+    /// Whether `topic` has `field`, in memory or not.
+    pub fn has(&self, topic: &str, field: &str) -> bool {
+        self.channels.iter().any(|channel| channel.topic == topic && channel.numbers_of(field).is_some())
     }
 }
 
 /// A log while it is being read.
-struct Reader {
+struct Reader<'k> {
     log: Log,
+    keep: &'k dyn Fn(&str, &str) -> bool,
+    /// How many steps are read; `None`: all.
+    limit: Option<usize>,
+    /// Whether that many have been read.
+    is_full: bool,
+    /// What the headers of each channel said so far, and how many there were.
+    seen: Vec<(Headers, usize)>,
     /// Name and, if it is one of ours, layout by number.
     schemas: BTreeMap<u16, (String, Option<Layout>)>,
     /// Index of a channel by its number in the file; a table, as every message asks.
     index: Vec<Option<usize>>,
 }
 
-impl Reader {
-    fn new(path: &Path) -> Self {
+impl<'k> Reader<'k> {
+    fn new(path: &Path, keep: &'k dyn Fn(&str, &str) -> bool, limit: Option<usize>) -> Self {
         let log = Log {
             path: path.into(),
             complete: false,
             scenario: None,
             metadata: None,
+            players: Vec::new(),
             channels: Vec::new(),
             first: None,
             times: Vec::new(),
         };
-        Self { log, schemas: BTreeMap::new(), index: Vec::new() }
+        let (schemas, index, seen) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { log, keep, limit, is_full: false, seen, schemas, index }
     }
 
     fn take(&mut self, at: u64, record: Record<'_>) -> Result<(), LogError> {
@@ -165,7 +242,7 @@ impl Reader {
                 let known = self.index.get(usize::from(channel)).copied().flatten();
                 let damaged = || LogError::damaged(&self.log.path, at, "a message belongs to no channel");
                 let known = known.ok_or_else(damaged)?;
-                self.log.message(known, sequence, log_time, data)?;
+                self.message(known, sequence, log_time, data)?;
             }
             Record::Schema { id, name, encoding, text } => {
                 let layout = if encoding == "ros2msg" { layout_of(text) } else { None };
@@ -178,6 +255,7 @@ impl Reader {
                 self.log.scenario = Some(text.into());
             }
             Record::Metadata { name: METADATA, metadata } => self.log.metadata = Some(metadata),
+            Record::Metadata { name: PLAYER, metadata } => self.log.players.push(metadata),
             Record::Header { .. } | Record::Attachment { .. } | Record::Metadata { .. } | Record::ChunkEnd => {}
         }
         Ok(())
@@ -200,7 +278,11 @@ impl Reader {
         }
         self.index[place] = Some(self.log.channels.len());
         let topic = topic.into();
-        self.log.channels.push(LogChannel { topic, schema, messages: 0, agent: 0, layout, data: Vec::new() });
+        let (kept, data) = (None, Vec::new());
+        let mut channel = LogChannel { topic, schema, messages: 0, agent: 0, layout, kept, data };
+        channel.keep(self.keep);
+        self.seen.push((Headers::of(&channel.topic), 0));
+        self.log.channels.push(channel);
         Ok(())
     }
 
@@ -210,11 +292,10 @@ impl Reader {
         if log.metadata.is_none() && log.channels.iter().all(|channel| channel.layout.is_none()) {
             return Err(LogError::Foreign { path: log.path });
         }
-        let rows = |channel: &LogChannel| channel.data.len() / channel.stride();
-        let decoded = || log.channels.iter().filter(|channel| channel.layout.is_some());
-        let shortest = decoded().map(rows).min().unwrap_or(0);
-        if let Some(channel) = decoded().find(|channel| log.complete && rows(channel) < log.times.len()) {
-            let expected = log.steps().start + rows(channel) as u64;
+        let decoded = || log.channels.iter().zip(&self.seen).filter(|(channel, _)| channel.layout.is_some());
+        let shortest = decoded().map(|(_, (_, rows))| *rows).min().unwrap_or(0);
+        if let Some((channel, (_, rows))) = decoded().find(|(_, (_, rows))| log.complete && *rows < log.times.len()) {
+            let expected = log.steps().start + *rows as u64;
             return Err(log.missing(&channel.topic, expected, "it ends before other topics".into()));
         }
         // Chunks end with steps, so a cut costs whole steps; a cut file of another writer may still end within one.
@@ -227,40 +308,63 @@ impl Reader {
     }
 }
 
-impl Log {
+impl Reader<'_> {
     /// Takes a message of the channel with this index.
     fn message(&mut self, index: usize, sequence: u32, time_ns: u64, data: &[u8]) -> Result<(), LogError> {
-        let channel = &mut self.channels[index];
+        let log = &mut self.log;
+        let channel = &mut log.channels[index];
         channel.messages += 1;
         let Some(layout) = &channel.layout else { return Ok(()) };
-        let (bytes, stride) = (layout.bytes(), HEADER_WORDS + layout.words());
+        let bytes = layout.bytes();
         let Some((header, words)) = sample(data, bytes) else {
-            return Err(self.wrong_by_index(index, format!("a message is not the {bytes} bytes of its schema")));
+            return Err(log.wrong_by_index(index, format!("a message is not the {bytes} bytes of its schema")));
         };
-        let row = channel.data.len() / stride;
-        let first = *self.first.get_or_insert(sequence);
+        let (headers, rows) = &mut self.seen[index];
+        let row = *rows;
+        let first = *log.first.get_or_insert(sequence);
         let expected = u64::from(first) + row as u64;
         if sequence != expected as u32 {
             let topic = channel.topic.clone();
-            return Err(self.missing(&topic, expected, format!("a sample numbered {sequence} stands there")));
+            return Err(log.missing(&topic, expected, format!("a sample numbered {sequence} stands there")));
         }
-        match self.times.get(row) {
-            None => self.times.push(time_ns),
+        if self.limit == Some(row) {
+            // Ends the walk; what the error says does not matter.
+            self.is_full = true;
+            return Err(LogError::Foreign { path: log.path.clone() });
+        }
+        match log.times.get(row) {
+            None => log.times.push(time_ns),
             Some(time) if *time == time_ns => {}
             Some(time) => {
                 let found = format!("its time is {time_ns} ns, that of other topics {time} ns");
                 let topic = channel.topic.clone();
-                return Err(self.missing(&topic, expected, found));
+                return Err(log.missing(&topic, expected, found));
             }
+        }
+        if let Err(what) = headers.check(&header, expected, time_ns) {
+            return Err(log.wrong_by_index(index, what));
         }
         if row == 0 {
             channel.agent = header.agent;
         }
-        channel.data.extend_from_slice(&[header.step as f64, f64::from(header.status)]);
-        channel.data.extend(words.iter().map(|word| f64::from_le_bytes(*word)));
+        *rows += 1;
+        let number = |number: usize| match number {
+            0 => header.step as f64,
+            1 => f64::from(header.status),
+            word => f64::from_le_bytes(words[word - HEADER_WORDS]),
+        };
+        match &channel.kept {
+            Some(kept) => channel.data.extend(kept.iter().map(|kept| number(*kept))),
+            None => {
+                channel.data.extend_from_slice(&[number(0), number(1)]);
+                channel.data.extend(words.iter().map(|word| f64::from_le_bytes(*word)));
+            }
+        }
         Ok(())
     }
+}
 
+impl Log {
     fn missing(&self, topic: &str, expected: u64, found: String) -> LogError {
         LogError::Step { path: self.path.clone(), topic: topic.into(), expected, found }
     }

@@ -2,6 +2,28 @@
 
 use std::collections::BTreeMap;
 
+/// The bytes that an MCAP file starts and ends with.
+pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Opcodes of records. (MCAP specification, "Records")
+pub(super) mod op {
+    pub(in super::super) const HEADER: u8 = 0x01;
+    pub(in super::super) const FOOTER: u8 = 0x02;
+    pub(in super::super) const SCHEMA: u8 = 0x03;
+    pub(in super::super) const CHANNEL: u8 = 0x04;
+    pub(in super::super) const MESSAGE: u8 = 0x05;
+    pub(in super::super) const CHUNK: u8 = 0x06;
+    pub(in super::super) const MESSAGE_INDEX: u8 = 0x07;
+    pub(in super::super) const CHUNK_INDEX: u8 = 0x08;
+    pub(in super::super) const ATTACHMENT: u8 = 0x09;
+    pub(in super::super) const ATTACHMENT_INDEX: u8 = 0x0A;
+    pub(in super::super) const STATISTICS: u8 = 0x0B;
+    pub(in super::super) const METADATA: u8 = 0x0C;
+    pub(in super::super) const METADATA_INDEX: u8 = 0x0D;
+    pub(in super::super) const SUMMARY_OFFSET: u8 = 0x0E;
+    pub(in super::super) const DATA_END: u8 = 0x0F;
+}
+
 /// A record, borrowed from the buffer it was read into.
 pub(super) enum Record<'a> {
     Header {
@@ -45,12 +67,12 @@ pub(super) enum Record<'a> {
 pub(super) fn parse(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, String> {
     let mut fields = Fields(body);
     let (record, kind) = match opcode {
-        mcap::records::op::MESSAGE => (fields.message(), "message"),
-        mcap::records::op::HEADER => (fields.header(), "header"),
-        mcap::records::op::SCHEMA => (fields.schema(), "schema"),
-        mcap::records::op::CHANNEL => (fields.channel(), "channel"),
-        mcap::records::op::ATTACHMENT => (fields.attachment(body), "attachment"),
-        mcap::records::op::METADATA => (fields.metadata(), "metadata"),
+        op::MESSAGE => (fields.message(), "message"),
+        op::HEADER => (fields.header(), "header"),
+        op::SCHEMA => (fields.schema(), "schema"),
+        op::CHANNEL => (fields.channel(), "channel"),
+        op::ATTACHMENT => (fields.attachment(body), "attachment"),
+        op::METADATA => (fields.metadata(), "metadata"),
         _ => return Ok(None),
     };
     record.map(Some).ok_or_else(|| format!("a {kind} record is malformed"))
@@ -72,7 +94,7 @@ impl<'a> Fields<'a> {
         Some(*bytes)
     }
 
-    fn u16(&mut self) -> Option<u16> {
+    pub(super) fn u16(&mut self) -> Option<u16> {
         self.array().map(u16::from_le_bytes)
     }
 
@@ -89,9 +111,18 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(self.bytes(length.into())?).ok()
     }
 
-    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+    pub(super) fn u8(&mut self) -> Option<u8> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    /// The entries of a list with a length of 32 bits.
+    pub(super) fn list(&mut self) -> Option<Fields<'a>> {
         let length = self.u32()?;
-        let mut entries = Fields(self.bytes(length.into())?);
+        self.bytes(length.into()).map(Fields)
+    }
+
+    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+        let mut entries = self.list()?;
         let mut map = BTreeMap::new();
         while !entries.0.is_empty() {
             map.insert(entries.text()?.into(), entries.text()?.into());

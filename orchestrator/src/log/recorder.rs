@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use lockstep::{ChannelId, Header, Network, Store};
 
+use super::ros::{BAG, Lasting, channel_metadata};
 use super::schema::Schemas;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
 use super::target::{LogFile, Target};
@@ -88,6 +89,7 @@ impl Recorder {
         let library = concat!("phalanx ", env!("CARGO_PKG_VERSION"));
         let mut sink = Sink::new(output, "ros2", library).map_err(failed)?;
         sink.metadata(METADATA, run.metadata).map_err(refused)?;
+        sink.metadata(BAG, &BTreeMap::new()).map_err(refused)?;
         sink.attach(SCENARIO, "application/toml", run.scenario.as_bytes()).map_err(refused)?;
         // A full disk is reported now, not after the first steps.
         sink.settle().map_err(refused)?;
@@ -98,7 +100,8 @@ impl Recorder {
             if new {
                 sink.schema(schema_record(schema, &name, &channel.layout.ros2msg())).map_err(refused)?;
             }
-            sink.channel(channel_record(id, schema, &channel.topic)).map_err(refused)?;
+            let metadata = channel_metadata(schemas.hash(&name), Lasting::Volatile);
+            sink.channel(channel_record(id, schema, &channel.topic, metadata)).map_err(refused)?;
         }
         Ok(Self {
             path: path.into(),
@@ -144,12 +147,19 @@ impl Recorder {
         Ok(())
     }
 
-    /// Adds a channel of prepared CDR messages to the log, of the type `schema_name` that `schema_text` (ros2msg) defines.
+    /// Adds a channel of prepared CDR messages to the log, of the type `schema_name` that `schema_text` (ros2msg) defines;
+    /// `lasting` says of how much use its messages are to a reader that comes late.
     ///
     /// # Errors
     /// [`LogError::SchemaConflict`] if the type name has another text already, [`LogError::TooManyChannels`],
     /// [`LogError::Write`] if writing failed since the last call.
-    pub fn add_channel(&mut self, topic: &str, schema_name: &str, schema_text: &str) -> Result<ExtraChannel, LogError> {
+    pub fn add_channel(
+        &mut self,
+        topic: &str,
+        schema_name: &str,
+        schema_text: &str,
+        lasting: Lasting,
+    ) -> Result<ExtraChannel, LogError> {
         let sink = open(&mut self.sink, &self.path)?;
         let id = u16::try_from(self.channels + self.extra_channels).map_err(|_| LogError::TooManyChannels)?;
         let (schema, new) = self.schemas.of_name(schema_name, schema_text)?;
@@ -158,7 +168,8 @@ impl Recorder {
             let definition = schema_record(schema, schema_name, schema_text);
             sink.schema(definition).map_err(|refusal| refused(&self.path, refusal))?;
         }
-        sink.channel(channel_record(id, schema, topic)).map_err(|refusal| refused(&self.path, refusal))?;
+        let metadata = channel_metadata(self.schemas.hash(schema_name), lasting);
+        sink.channel(channel_record(id, schema, topic, metadata)).map_err(|refusal| refused(&self.path, refusal))?;
         Ok(ExtraChannel(id))
     }
 
@@ -256,6 +267,6 @@ fn schema_record(id: u16, name: &str, text: &str) -> SchemaRecord {
     SchemaRecord { id, name: name.into(), encoding: "ros2msg".into(), text: text.into() }
 }
 
-fn channel_record(id: u16, schema: u16, topic: &str) -> ChannelRecord {
-    ChannelRecord { id, schema, topic: topic.into(), encoding: "cdr".into(), metadata: BTreeMap::new() }
+fn channel_record(id: u16, schema: u16, topic: &str, metadata: BTreeMap<String, String>) -> ChannelRecord {
+    ChannelRecord { id, schema, topic: topic.into(), encoding: "cdr".into(), metadata }
 }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use lockstep::{Field, Layout, Shape};
 
 use super::LogError;
+use super::digest::hex;
+use super::ros::type_hash;
 
 /// Package of the types that stand for layouts.
 const PACKAGE: &str = "phalanx_msgs/msg/";
@@ -16,7 +18,16 @@ const HEADER_FIELDS: [&str; 4] = ["stamp", "step", "agent", "status"];
 /// The definitions of a file by type name: a name means one text.
 #[derive(Debug, Default)]
 pub(super) struct Schemas {
-    by_name: BTreeMap<String, (u16, String)>,
+    by_name: BTreeMap<String, Known>,
+}
+
+/// A definition that a file has.
+#[derive(Debug)]
+struct Known {
+    id: u16,
+    text: String,
+    /// The hash that ROS 2 knows the type by.
+    hash: Option<String>,
 }
 
 impl Schemas {
@@ -29,13 +40,7 @@ impl Schemas {
         if layout_of(text.as_bytes()).as_ref() != Some(layout) {
             return Err(LogError::Layout { topic: topic.into() });
         }
-        let base = format!("{PACKAGE}{}", type_name(topic));
-        let mut name = base.clone();
-        let mut count = 1;
-        while self.by_name.get(&name).is_some_and(|(_, taken)| *taken != text) {
-            count += 1;
-            name = format!("{base}{count}");
-        }
+        let name = own_type(&type_name(topic), &text);
         let (id, new) = self.of_name(&name, &text)?;
         Ok((id, name, new))
     }
@@ -45,14 +50,25 @@ impl Schemas {
     /// # Errors
     /// [`LogError::SchemaConflict`] if the name has another text, [`LogError::TooManyChannels`].
     pub(super) fn of_name(&mut self, name: &str, text: &str) -> Result<(u16, bool), LogError> {
-        if let Some((id, taken)) = self.by_name.get(name) {
+        if let Some(Known { id, text: taken, .. }) = self.by_name.get(name) {
             return if taken == text { Ok((*id, false)) } else { Err(LogError::SchemaConflict { name: name.into() }) };
         }
         // Number 0 means "no schema" in MCAP.
         let id = u16::try_from(self.by_name.len() + 1).map_err(|_| LogError::TooManyChannels)?;
-        self.by_name.insert(name.into(), (id, text.into()));
+        self.by_name.insert(name.into(), Known { id, text: text.into(), hash: type_hash(name, text) });
         Ok((id, true))
     }
+
+    /// The hash of the type `name`; `None` if it is not defined, or has none.
+    pub(super) fn hash(&self, name: &str) -> Option<&str> {
+        self.by_name.get(name)?.hash.as_deref()
+    }
+}
+
+/// The name of a type of this program: what it is, and eight digits of the digest of its definition. One name has one
+/// definition in all logs of all versions, so that a reader of several logs cannot confuse two.
+pub(crate) fn own_type(what: &str, text: &str) -> String {
+    format!("{PACKAGE}{what}{}", &hex(text.as_bytes())[..8])
 }
 
 /// `/agent_3/planner_output` gives `PlannerOutput`.
@@ -105,18 +121,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_type_name_means_one_layout() {
+    fn a_type_name_means_one_layout_in_all_logs() {
         let (small, large) = (Layout::new([Field::scalar("x", "m")]), Layout::new([Field::vector("x", 2, "m")]));
+        // A log each.
+        let name = |topic: &str, layout: &Layout| Schemas::default().of_layout(topic, layout).unwrap().1;
+        let state = name("/agent_1/state", &small);
+        assert_eq!(state.strip_prefix("phalanx_msgs/msg/State").map(str::len), Some(8), "{state}");
+        assert_eq!(name("/agent_4/state", &small), state);
+        assert_ne!(name("/agent_3/state", &large), state);
+        assert!(name("/planner_output", &small).starts_with("phalanx_msgs/msg/PlannerOutput"));
+        assert!(name("/3d", &small).starts_with("phalanx_msgs/msg/Sample3d"));
+        assert_eq!(name("/", &small).len(), "phalanx_msgs/msg/Sample".len() + 8);
         let mut schemas = Schemas::default();
-        let mut name = |topic: &str, layout: &Layout| schemas.of_layout(topic, layout).unwrap().1;
-        assert_eq!(name("/agent_1/state", &small), "phalanx_msgs/msg/State");
-        assert_eq!(name("/agent_2/state2", &small), "phalanx_msgs/msg/State2");
-        assert_eq!(name("/agent_3/state", &large), "phalanx_msgs/msg/State3");
-        assert_eq!(name("/agent_4/state", &small), "phalanx_msgs/msg/State");
-        assert_eq!(name("/planner_output", &small), "phalanx_msgs/msg/PlannerOutput");
-        assert_eq!(name("/3d", &small), "phalanx_msgs/msg/Sample3d");
-        assert_eq!(name("/", &small), "phalanx_msgs/msg/Sample");
-        assert!(schemas.of_name("phalanx_msgs/msg/State", "other").is_err());
+        let (_, name, new) = schemas.of_layout("/agent_1/state", &small).unwrap();
+        assert!(new && !schemas.of_layout("/agent_2/state", &small).unwrap().2);
+        assert!(schemas.of_name(&name, "other").is_err());
+        assert!(schemas.hash(&name).is_some_and(|hash| hash.starts_with("RIHS01_")));
     }
 
     #[test]

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lockstep::Header;
-use mcap::records::op;
 
 use super::chunk::Chunk;
 use super::encode::Encode;
 use super::output::{Attachment, Closed, Definitions, Output};
 use super::pipeline::{Job, Pipeline};
+use super::record::op;
 use super::target::Target;
 
 /// A finished log.

@@ -7,6 +7,7 @@ use std::thread;
 
 use lockstep::{Header, Layout};
 
+use super::header::Headers;
 use super::reader::sample;
 use super::record::Record;
 use super::schema::layout_of;
@@ -106,6 +107,7 @@ impl Stream {
         let reading = Reading {
             path: path.into(),
             topics: topics.to_vec(),
+            seen: topics.iter().map(|(topic, _)| Headers::of(topic)).collect(),
             places: places.clone(),
             index: Vec::new(),
             row: Row { step: None, headers: vec![None; topics.len()], words: vec![0.0; places[places.len() - 1]] },
@@ -180,6 +182,8 @@ struct Row {
 struct Reading {
     path: PathBuf,
     topics: Vec<(String, Layout)>,
+    /// What the headers of every topic said so far.
+    seen: Vec<Headers>,
     places: Vec<usize>,
     /// Which topic a channel of the file is.
     index: Vec<Option<usize>>,
@@ -238,6 +242,9 @@ impl Reading {
         }
         if time_ns != time {
             return Err(missing(name, format!("its time is {time_ns} ns, that of other topics {time} ns")));
+        }
+        if let Err(what) = self.seen[topic].check(&header, expected, time_ns) {
+            return Err(LogError::Topic { path: self.path.clone(), topic: name.clone(), what });
         }
         self.row.headers[topic] = Some(header);
         let places = self.row.words[self.places[topic]..self.places[topic + 1]].iter_mut();

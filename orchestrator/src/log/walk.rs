@@ -5,12 +5,16 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read};
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 
+use crc32fast::Hasher;
 use zstd::bulk::Decompressor;
 
 use super::LogError;
-use super::record::{Fields, Record, parse};
+use super::encode::PREFIX_BYTES;
+use super::record::{Fields, MAGIC, Record, op, parse};
+use super::summary::{Summary, Tally};
 
 /// Longest record, and longest content of a chunk, that is read: far above what a recorder writes. Bytes.
 const RECORD_MAX: u64 = 256 << 20;
@@ -18,8 +22,10 @@ const RECORD_MAX: u64 = 256 << 20;
 const EXPANSION_MAX: u64 = 512;
 /// ... and in addition to that, bytes. Both keep a small file from filling the memory.
 const EXPANSION_FREE: u64 = 1 << 30;
-/// Opcode and length before every record.
-const PREFIX_BYTES: usize = 9;
+/// Bytes of a footer before its checksum.
+const FOOTER_COVERED: usize = 16;
+/// How the header of a file of this program names its writer.
+const LIBRARY: &str = "phalanx ";
 
 /// How the walk through a file ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,73 +39,167 @@ pub(super) enum Ending {
     },
 }
 
-/// Gives every record of the data section, chunks unpacked and checked, to `visit` with the place of its outermost record.
+/// Gives every record of the data section, chunks unpacked and checked, to `visit` with the place of its outermost record, and
+/// checks what stands behind the data.
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::NotMcap`], [`LogError::Damaged`], and what `visit` returns.
+/// [`LogError::Read`], [`LogError::NotMcap`], [`LogError::Compression`], [`LogError::Damaged`], and what `visit` returns.
 pub(super) fn walk(
     path: &Path,
-    mut visit: impl FnMut(u64, Record<'_>) -> Result<(), LogError>,
+    visit: impl FnMut(u64, Record<'_>) -> Result<(), LogError>,
 ) -> Result<Ending, LogError> {
     let file = File::open(path).map_err(|error| LogError::read(path, error))?;
-    let mut source = Source { path, file: BufReader::with_capacity(1 << 16, file), position: 0 };
-    let mut record = Vec::new();
+    let source = Source { path, file: BufReader::with_capacity(1 << 16, file), position: 0 };
     let decompressor = Decompressor::new().map_err(|error| LogError::read(path, error))?;
-    let mut unpacker = Unpacker { decompressor, content: Vec::new(), total: 0 };
-    let mut checksum = crc32fast::Hasher::new();
-    if !source.take(mcap::MAGIC.len() as u64, &mut record)? || record != mcap::MAGIC {
-        let what = if record.is_empty() { "it is empty" } else { "it does not start with the magic bytes of MCAP" };
-        return Err(LogError::NotMcap { path: path.into(), what });
+    let unpacker = Unpacker { decompressor, content: Vec::new(), total: 0 };
+    Walk { source, record: Vec::new(), checksum: Hasher::new(), tally: Tally::default(), is_own: false, visit }
+        .run(unpacker)
+}
+
+/// A walk through one file.
+struct Walk<'a, V> {
+    source: Source<'a>,
+    /// The record that was read last.
+    record: Vec<u8>,
+    /// Of all before the end of the data.
+    checksum: Hasher,
+    tally: Tally,
+    /// Whether the header says that this program wrote the file.
+    is_own: bool,
+    visit: V,
+}
+
+impl<V: FnMut(u64, Record<'_>) -> Result<(), LogError>> Walk<'_, V> {
+    fn run(mut self, mut unpacker: Unpacker) -> Result<Ending, LogError> {
+        if !self.source.take(MAGIC.len() as u64, &mut self.record)? || self.record != MAGIC {
+            let what =
+                if self.record.is_empty() { "it is empty" } else { "it does not start with the magic bytes of MCAP" };
+            return Err(LogError::NotMcap { path: self.source.path.into(), what });
+        }
+        self.checksum.update(&self.record);
+        loop {
+            let at = self.source.position;
+            let before = self.checksum.clone();
+            let Some(opcode) = self.next()? else { return self.source.cut(at) };
+            match opcode {
+                op::FOOTER => return Err(self.damaged(at, "the end of the data is missing")),
+                op::DATA_END => {
+                    let expected = Fields(&self.record).u32().filter(|_| self.record.len() == 4);
+                    let expected = expected.ok_or_else(|| self.damaged(at, "the end of the data is malformed"))?;
+                    if expected != 0 && expected != before.finalize() {
+                        return Err(self.damaged(at, "the checksum of the file is wrong"));
+                    }
+                    return self.summary();
+                }
+                op::CHUNK => self.chunk(at, &mut unpacker)?,
+                _ => self.visit(at, opcode)?,
+            }
+            let length = self.source.position - at;
+            self.tally.record(opcode, at, length, &self.record);
+        }
     }
-    checksum.update(&record);
-    let mut in_data = true;
-    loop {
-        let at = source.position;
-        let damaged = |what: &str| LogError::damaged(path, at, what);
-        if !source.take(PREFIX_BYTES as u64, &mut record)? {
-            return Ok(Ending::Cut { at });
+
+    /// Reads the next record and returns its opcode; `None` if the file ends before it does.
+    fn next(&mut self) -> Result<Option<u8>, LogError> {
+        let at = self.source.position;
+        if !self.source.take(PREFIX_BYTES as u64, &mut self.record)? {
+            return Ok(None);
         }
-        let (opcode, length) = prefix(&record).ok_or_else(|| damaged("a record has no length"))?;
-        if in_data && opcode != mcap::records::op::DATA_END {
-            checksum.update(&record);
-        }
+        self.checksum.update(&self.record);
+        let (opcode, length) = prefix(&self.record).ok_or_else(|| self.damaged(at, "a record has no length"))?;
         if length > RECORD_MAX {
-            return Err(damaged(&format!("a record claims {length} bytes, {RECORD_MAX} are allowed")));
+            return Err(self.damaged(at, format!("a record claims {length} bytes, {RECORD_MAX} are allowed")));
         }
-        if !source.take(length, &mut record)? {
+        let is_there = self.source.take(length, &mut self.record)?;
+        // The footer ends with the checksum of all before it.
+        let covered = if opcode == op::FOOTER { self.record.len().min(FOOTER_COVERED) } else { self.record.len() };
+        self.checksum.update(&self.record[..covered]);
+        Ok(is_there.then_some(opcode))
+    }
+
+    /// Gives the records of a chunk away.
+    fn chunk(&mut self, at: u64, unpacker: &mut Unpacker) -> Result<(), LogError> {
+        let path = self.source.path;
+        let damaged = |what: &str| LogError::damaged(path, at, what);
+        let records = match unpacker.unpack(&self.record, self.source.position) {
+            Ok(records) => records,
+            Err(Fault::Compression(compression)) if !self.is_own => {
+                return Err(LogError::Compression { path: path.into(), compression });
+            }
+            Err(fault) => return Err(damaged(&fault.to_string())),
+        };
+        each(records, |opcode, body| {
+            if matches!(opcode, op::SCHEMA | op::CHANNEL) {
+                self.tally.define(opcode, body);
+            }
+            match parse(opcode, body).map_err(|what| damaged(&what))? {
+                Some(record) => {
+                    if let Record::Message { channel, log_time, .. } = record {
+                        self.tally.message(channel, log_time);
+                    }
+                    (self.visit)(at, record)
+                }
+                None => Ok(()),
+            }
+        })
+        .unwrap_or_else(|| Err(damaged("a record is longer than its chunk")))?;
+        (self.visit)(at, Record::ChunkEnd)
+    }
+
+    /// Gives a record away that stands outside of chunks.
+    fn visit(&mut self, at: u64, opcode: u8) -> Result<(), LogError> {
+        if matches!(opcode, op::SCHEMA | op::CHANNEL) {
+            self.tally.define(opcode, &self.record);
+        }
+        let path = self.source.path;
+        let Some(record) = parse(opcode, &self.record).map_err(|what| LogError::damaged(path, at, what))? else {
+            return Ok(());
+        };
+        match record {
+            Record::Header { library, .. } => self.is_own = library.starts_with(LIBRARY),
+            Record::Message { channel, log_time, .. } => self.tally.message(channel, log_time),
+            _ => {}
+        }
+        (self.visit)(at, record)
+    }
+
+    /// Checks what stands behind the data. Every mistake is one of the whole summary, which can be made anew from the data.
+    fn summary(mut self) -> Result<Ending, LogError> {
+        let start = self.source.position;
+        let wrong =
+            |path, what: &str| LogError::damaged(path, start, format!("the summary behind the data is wrong: {what}"));
+        let mut summary = Summary::default();
+        self.checksum = Hasher::new();
+        loop {
+            let at = self.source.position;
+            let Some(opcode) = self.next()? else { return self.source.cut(at) };
+            if opcode == op::FOOTER {
+                break;
+            }
+            let length = self.source.position - at;
+            let taken = summary.record(&self.tally, opcode, at, length, &self.record);
+            taken.map_err(|what| wrong(self.source.path, what))?;
+        }
+        let path = self.source.path;
+        let mut fields = Fields(&self.record);
+        let footer = (|| Some(([fields.u64()?, fields.u64()?], fields.u32()?)))().filter(|_| fields.0.is_empty());
+        let (starts, checksum) = footer.ok_or_else(|| wrong(path, "the footer is malformed"))?;
+        if checksum != 0 && checksum != self.checksum.clone().finalize() {
+            return Err(wrong(path, "its checksum is another one"));
+        }
+        summary.conclude(&self.tally, start, starts).map_err(|what| wrong(path, what))?;
+        let at = self.source.position;
+        if !self.source.take(MAGIC.len() as u64, &mut self.record)? {
             return Ok(Ending::Cut { at });
         }
-        match opcode {
-            mcap::records::op::FOOTER => {
-                let finished = source.take(mcap::MAGIC.len() as u64, &mut record)? && record == mcap::MAGIC;
-                return Ok(if finished { Ending::Complete } else { Ending::Cut { at } });
-            }
-            mcap::records::op::DATA_END => {
-                let expected = Fields(&record).u32().ok_or_else(|| damaged("the end of the data is malformed"))?;
-                if expected != 0 && expected != checksum.clone().finalize() {
-                    return Err(damaged("the checksum of the file is wrong"));
-                }
-                in_data = false;
-            }
-            // Behind the data comes a copy of schemas and channels for readers in a hurry.
-            _ if !in_data => {}
-            mcap::records::op::CHUNK => {
-                checksum.update(&record);
-                let records = unpacker.unpack(&record, source.position).map_err(|what| damaged(&what))?;
-                each(records, |opcode, body| match parse(opcode, body).map_err(|what| damaged(&what))? {
-                    Some(record) => visit(at, record),
-                    None => Ok(()),
-                })
-                .unwrap_or_else(|| Err(damaged("a record is longer than its chunk")))?;
-                visit(at, Record::ChunkEnd)?;
-            }
-            _ => {
-                checksum.update(&record);
-                if let Some(record) = parse(opcode, &record).map_err(|what| damaged(&what))? {
-                    visit(at, record)?;
-                }
-            }
+        if self.record != MAGIC || self.source.take(1, &mut self.record)? {
+            return Err(wrong(path, "the file does not end with the magic bytes of MCAP"));
         }
+        Ok(Ending::Complete)
+    }
+
+    fn damaged(&self, at: u64, what: impl Into<String>) -> LogError {
+        LogError::damaged(self.source.path, at, what)
     }
 }
 
@@ -118,6 +218,20 @@ impl Source<'_> {
         let read = read.map_err(|error| LogError::read(self.path, error))? as u64;
         self.position += read;
         Ok(read == length)
+    }
+
+    /// The end of a file within the record at `at`: it was cut there, unless it ends as a finished file does.
+    fn cut(&self, at: u64) -> Result<Ending, LogError> {
+        let file = self.file.get_ref();
+        let mut end = [0; MAGIC.len()];
+        let length = file.metadata().map_or(0, |metadata| metadata.len());
+        let is_finished = length > 2 * MAGIC.len() as u64
+            && file.read_exact_at(&mut end, length - MAGIC.len() as u64).is_ok()
+            && end == MAGIC;
+        match is_finished {
+            true => Err(LogError::damaged(self.path, at, "a record claims more bytes than the file has")),
+            false => Ok(Ending::Cut { at }),
+        }
     }
 }
 
@@ -141,6 +255,15 @@ fn each(mut bytes: &[u8], mut visit: impl FnMut(u8, &[u8]) -> Result<(), LogErro
     Some(Ok(()))
 }
 
+/// Why the records of a chunk cannot be had.
+#[derive(Debug, thiserror::Error)]
+enum Fault {
+    #[error("{0}")]
+    Wrong(String),
+    #[error("a chunk is compressed with {0:?}, only zstd is supported")]
+    Compression(String),
+}
+
 /// Takes the records out of chunks, with a limit to how many there may be.
 struct Unpacker {
     decompressor: Decompressor<'static>,
@@ -151,11 +274,12 @@ struct Unpacker {
 
 impl Unpacker {
     /// The checked records of a chunk, of a file of which `read` bytes were read so far; or what is wrong with it.
-    fn unpack<'a>(&'a mut self, chunk: &'a [u8], read: u64) -> Result<&'a [u8], String> {
-        let Chunk { size, checksum, compression, stored } = Chunk::parse(chunk).ok_or("a chunk is malformed")?;
+    fn unpack<'a>(&'a mut self, chunk: &'a [u8], read: u64) -> Result<&'a [u8], Fault> {
+        let malformed = || Fault::Wrong("a chunk is malformed".into());
+        let Chunk { size, checksum, compression, stored } = Chunk::parse(chunk).ok_or_else(malformed)?;
         self.total = self.total.saturating_add(size);
         if size > RECORD_MAX || self.total > EXPANSION_FREE + EXPANSION_MAX * read {
-            return Err(format!("a chunk claims a content of {size} bytes, more than allowed"));
+            return Err(Fault::Wrong(format!("a chunk claims a content of {size} bytes, more than allowed")));
         }
         let records = match compression {
             "" => stored,
@@ -163,16 +287,16 @@ impl Unpacker {
                 self.content.clear();
                 self.content.reserve_exact(size as usize);
                 let written = self.decompressor.decompress_to_buffer(stored, &mut self.content);
-                written.map_err(|error| format!("a chunk cannot be decompressed: {error}"))?;
+                written.map_err(|error| Fault::Wrong(format!("a chunk cannot be decompressed: {error}")))?;
                 &self.content
             }
-            other => return Err(format!("a chunk is compressed with {other:?}, only zstd is supported")),
+            other => return Err(Fault::Compression(other.into())),
         };
         if records.len() as u64 != size {
-            return Err(format!("a chunk holds {} bytes, not {size}", records.len()));
+            return Err(Fault::Wrong(format!("a chunk holds {} bytes, not {size}", records.len())));
         }
         if checksum != 0 && checksum != crc32fast::hash(records) {
-            return Err("the checksum of a chunk is wrong".into());
+            return Err(Fault::Wrong("the checksum of a chunk is wrong".into()));
         }
         Ok(records)
     }

@@ -13,6 +13,7 @@ use crate::logging;
 use crate::run::control::Stop;
 use crate::run::options::Options;
 use crate::run::pinning::{Home, describe};
+use crate::run::placement::Placement;
 use crate::run::robots::{Robots, place_hands, with_hands};
 use crate::run::stress::Stress;
 use crate::run::swap::Swap;
@@ -96,7 +97,10 @@ impl Engine {
     /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
     /// connect.
     pub fn start(assembly: &Assembly, options: &Options, home: Home, stop: &Stop) -> Result<Self, Failure> {
-        if options.in_one_process() { Self::local(assembly) } else { Self::processes(assembly, options, home, stop) }
+        match options.placement {
+            Placement::Single => Self::local(assembly),
+            _ => Self::processes(assembly, options, home, stop),
+        }
     }
 
     fn local(assembly: &Assembly) -> Result<Self, Failure> {
@@ -123,7 +127,7 @@ impl Engine {
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
         let path = directory.path().join(SCENARIO_FILE);
-        let text = assembly.to_toml();
+        let text = assembly.scenario.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
         plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;

@@ -9,6 +9,7 @@ mod options;
 mod outcome;
 pub mod pinning;
 pub mod placement;
+pub mod players;
 pub mod profile;
 mod progress;
 pub(crate) mod recording;

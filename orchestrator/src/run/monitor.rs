@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
-use crate::judge::assertions::{Findings, SCHEMA_NAME, SCHEMA_TEXT, TOPIC, Watch, encode};
-use crate::log::{ExtraChannel, LogError, Recorder};
+use crate::judge::assertions::{DEFINITION, Findings, TOPIC, Watch, encode};
+use crate::log::{ExtraChannel, Lasting, LogError, Recorder, definitions};
 
 /// Violations of one assertion that are written one by one; all are counted. A signal that trembles around its bound would fill
 /// the log otherwise.
@@ -28,7 +28,9 @@ impl AssertionMonitor {
     /// # Errors
     /// [`LogError`] if the log does not take the messages.
     pub(crate) fn new(watch: Watch, recorder: Option<&mut Recorder>) -> Result<Self, LogError> {
-        let add = |recorder: &mut Recorder| recorder.add_channel(TOPIC, SCHEMA_NAME, SCHEMA_TEXT);
+        let text = definitions::text(DEFINITION);
+        let add =
+            |recorder: &mut Recorder| recorder.add_channel(TOPIC, DEFINITION[0].0, &text, Lasting::TransientLocal);
         let channel = recorder.filter(|_| !watch.is_empty()).map(add).transpose()?;
         let messages = vec![0; watch.len()];
         Ok(Self { watch, channel, messages })
@@ -60,7 +62,7 @@ impl Observer for AssertionMonitor {
                 && result.is_ok()
             {
                 messages[index] += 1;
-                result = log.write(channel, step, &encode(finding, violation, time_ns));
+                result = log.write(channel, step, encode(finding, violation, time_ns).bytes());
             }
         });
         result.map(|()| if watch.stops() { Flow::Halt } else { Flow::Continue })

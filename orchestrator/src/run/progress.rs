@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use crate::terminal::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Time between two plain lines.
@@ -74,7 +75,7 @@ impl Progress {
         match &self.display {
             Display::Silent => {}
             Display::Lines => eprintln!("{text}"),
-            Display::Bar(bar) => bar.println(text),
+            Display::Bar(bar) => bar.println(plain(text)),
         }
     }
 

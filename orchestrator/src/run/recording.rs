@@ -7,13 +7,20 @@ use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, Network, Status, Store};
 
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
+use crate::log::{DEFAULT_FLUSH_EVERY, PLAYER, Recorder, RunInfo};
+use crate::run::players::Player;
 
-/// Starts the log of a run of the scenario on the channels of `network`, and the folder that it is in.
+/// Starts the log of a run of the scenario on the channels of `network`, with these `players` in the place of Phalanx, and the
+/// folder that it is in.
 ///
 /// # Errors
 /// [`Failure::System`] and [`Failure::Log`].
-pub(crate) fn create_log(path: &Path, assembly: &Assembly, network: &Network) -> Result<Recorder, Failure> {
+pub(crate) fn create_log(
+    path: &Path,
+    assembly: &Assembly,
+    network: &Network,
+    players: &[Player],
+) -> Result<Recorder, Failure> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
     }
@@ -37,7 +44,9 @@ pub(crate) fn create_log(path: &Path, assembly: &Assembly, network: &Network) ->
         metadata: &metadata,
         flush_every: DEFAULT_FLUSH_EVERY,
     };
-    Ok(Recorder::create(path, &info)?)
+    let mut recorder = Recorder::create(path, &info)?;
+    players.iter().try_for_each(|player| recorder.note(PLAYER, &player.to_metadata()))?;
+    Ok(recorder)
 }
 
 /// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.

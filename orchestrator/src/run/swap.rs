@@ -2,21 +2,22 @@
 
 use std::ffi::OsStr;
 use std::fmt::{self, Display, Formatter};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use formation::config::{Problem, nearest};
-use formation::scenario::Scenario;
 use formation::wiring::Assembly;
 use hardware::message::Clock;
 use hardware::settings::Settings;
 
 use crate::failure::Failure;
 use crate::recorded::Tape;
+use crate::run::players::on_search_path;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";
+/// What stands before the file that describes a robot.
+const HARDWARE: &str = "hardware:";
 
 /// A participant that something else plays.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,28 +42,34 @@ enum Player {
 #[derive(Clone, Debug, PartialEq)]
 pub enum RobotSwap {
     /// One that is there already, as its file describes it.
-    There(Box<Settings>),
+    There {
+        /// The file.
+        file: PathBuf,
+        /// What it says.
+        settings: Box<Settings>,
+    },
     /// An emulator that is started for the run, with the clock that it keeps.
     Emulated(Clock),
 }
 
 impl RobotSwap {
-    /// Reads `hardware:FILE` with a file in `folder`, `emulator` or `emulator:free`; `None` for anything else.
-    fn parse(player: &str, folder: &Path) -> Option<Result<Self, String>> {
+    /// Reads `hardware:FILE`, `emulator` or `emulator:free`; `None` for anything else.
+    fn parse(player: &str) -> Option<Result<Self, String>> {
         match player.trim() {
             "emulator" => return Some(Ok(Self::Emulated(Clock::Lockstep))),
             "emulator:free" => return Some(Ok(Self::Emulated(Clock::Wall))),
             _ => {}
         }
-        let file = player.trim().strip_prefix("hardware:")?;
+        let file = player.trim().strip_prefix(HARDWARE)?;
         let list = |problems: Vec<Problem>| problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n\n");
-        Some(Settings::load(&folder.join(file)).map(|settings| Self::There(Box::new(settings))).map_err(list))
+        let there = |settings| Self::There { file: file.into(), settings: Box::new(settings) };
+        Some(Settings::load(Path::new(file)).map(there).map_err(list))
     }
 
     /// Whether time passes for it by itself.
     pub fn is_free(&self) -> bool {
         match self {
-            Self::There(settings) => settings.clock == Clock::Wall,
+            Self::There { settings, .. } => settings.clock == Clock::Wall,
             Self::Emulated(clock) => *clock == Clock::Wall,
         }
     }
@@ -80,7 +87,7 @@ impl Swap {
             ));
         };
         let node = node_called(name, nodes).map_err(|reason| format!("--swap {name}: {reason}"))?;
-        let player = Player::of(&node, player, Path::new("")).map_err(|reason| format!("--swap {text}: {reason}"))?;
+        let player = Player::of(&node, player).map_err(|reason| format!("--swap {text}: {reason}"))?;
         Ok(Self { node, player })
     }
 
@@ -100,11 +107,15 @@ impl Swap {
         }
         for (node, player) in &assembly.scenario.swaps {
             if swaps.iter().all(|swap| swap.node != *node) {
-                swaps.push(Self::of_scenario(&assembly.scenario, node, player)?);
+                let player = Player::of(node, player);
+                let player =
+                    player.map_err(|reason| vec![assembly.scenario.problem("swap", format!("{node}: {reason}"))])?;
+                swaps.push(Self { node: node.clone(), player });
             }
         }
-        if let Some(reason) = swaps.iter().find_map(Self::unusable) {
-            return Err(Failure::Usage(format!("{reason}; nothing was started")));
+        if let Some((node, program)) = swaps.iter().find_map(Self::missing_program) {
+            let reason = format!("{node}: there is no program {program}; nothing was started");
+            return Err(Failure::Usage(reason));
         }
         for log in swaps.iter().filter_map(Self::log) {
             let is_played = |node: &&str| swaps.iter().any(|swap| swap.node == **node && swap.log() == Some(log));
@@ -115,24 +126,13 @@ impl Swap {
         Ok(swaps)
     }
 
-    /// What `[swap]` of a scenario file says; paths start from the folder of the file.
-    fn of_scenario(scenario: &Scenario, node: &str, player: &str) -> Result<Self, Failure> {
-        let folder = scenario.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.map(std::path::absolute).transpose().map_err(Failure::system("find the current folder"))?;
-        let player = Player::of(node, player, folder.as_deref().unwrap_or(Path::new("")));
-        let player = player.map_err(|reason| vec![scenario.problem("swap", format!("{node}: {reason}"))])?;
-        let swap = Self { node: node.into(), player };
-        Ok(folder.into_iter().fold(swap, |swap, folder| swap.meant_in(&folder)))
-    }
-
-    /// Why its program cannot be started, if it is named by a path. What the search path holds is left to the system.
-    fn unusable(&self) -> Option<String> {
+    /// The participant and its program, if that is named by a path where nothing is. What the search path holds is left to the
+    /// system.
+    fn missing_program(&self) -> Option<(&str, &str)> {
         let Player::Program { words, folder } = &self.player else { return None };
-        let reason = program_problem(words.first()?, folder.as_deref().unwrap_or(Path::new("")))?;
-        let place = folder.as_ref().map_or_else(String::new, |folder| {
-            format!("; paths in `[swap]` start from the folder of the scenario file, {}", folder.display())
-        });
-        Some(format!("{}: {reason}{place}", self.node))
+        let place = |program: &str| folder.as_deref().unwrap_or(Path::new("")).join(program);
+        let program = words.first().filter(|program| program.contains('/') && !place(program).exists())?;
+        Some((&self.node, program))
     }
 
     /// The same as it is meant in `folder`, which may be another one than that of the run.
@@ -156,6 +156,46 @@ impl Swap {
         match &self.player {
             Player::Log(path) => Some(path),
             Player::Program { .. } | Player::Robot(_) => None,
+        }
+    }
+
+    /// The folder that its program starts in, if it is not that of the run.
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        match &self.player {
+            Player::Program { folder, .. } => folder.as_deref(),
+            Player::Log(_) | Player::Robot(_) => None,
+        }
+    }
+
+    /// What stands behind `NODE=` to have the same again.
+    pub(crate) fn text(&self) -> String {
+        match &self.player {
+            Player::Program { words, .. } => words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "),
+            Player::Log(path) => format!("{REPLAY}{}", path.display()),
+            Player::Robot(RobotSwap::There { file, .. }) => format!("{HARDWARE}{}", file.display()),
+            Player::Robot(RobotSwap::Emulated(Clock::Lockstep)) => "emulator".into(),
+            Player::Robot(RobotSwap::Emulated(Clock::Wall)) => "emulator:free".into(),
+        }
+    }
+
+    /// The files that it consists of, as they are called and where they are: a program and those of its arguments that are files, a
+    /// log, the description of a robot.
+    pub(crate) fn files(&self) -> Vec<(String, PathBuf)> {
+        let at = |path: &Path| (path.display().to_string(), path.to_path_buf());
+        match &self.player {
+            Player::Program { words, folder } => {
+                let place = |word: &str| folder.as_deref().unwrap_or(Path::new("")).join(word);
+                let program = match words[0].contains('/') {
+                    true => Some(place(&words[0])),
+                    false => on_search_path(&words[0]),
+                };
+                let program = program.map(|path| (words[0].clone(), path));
+                let arguments = words[1..].iter().map(|word| (word.clone(), place(word)));
+                program.into_iter().chain(arguments.filter(|(_, path)| path.is_file())).collect()
+            }
+            Player::Log(path) => vec![at(path)],
+            Player::Robot(RobotSwap::There { file, .. }) => vec![at(file)],
+            Player::Robot(RobotSwap::Emulated(_)) => Vec::new(),
         }
     }
 
@@ -190,9 +230,9 @@ impl Swap {
 }
 
 impl Player {
-    /// What `text` means for `node`; the file of a robot is one in `folder`.
-    fn of(node: &str, text: &str, folder: &Path) -> Result<Self, String> {
-        if let Some(robot) = RobotSwap::parse(text, folder) {
+    /// What `text` means for `node`.
+    fn of(node: &str, text: &str) -> Result<Self, String> {
+        if let Some(robot) = RobotSwap::parse(text) {
             if !node.starts_with("plant_") {
                 return Err("a robot takes the place of the plant of one agent, such as plant.2".into());
             }
@@ -212,34 +252,6 @@ impl Player {
         }
         Ok(Self::Program { words, folder: None })
     }
-}
-
-/// Why a program cannot be started that is named by a path in `folder`; `None` if nothing is wrong, or it is no path.
-pub(crate) fn program_problem(program: &str, folder: &Path) -> Option<String> {
-    let path = folder.join(program);
-    if !program.contains('/') {
-        return None;
-    }
-    let Ok(found) = path.metadata() else { return Some(format!("there is no program {program}")) };
-    if found.is_dir() {
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let built = [format!("target/release/{name}"), format!("build/{name}"), "main.py".to_string()];
-        let hint = match built.iter().find(|file| path.join(file).is_file()) {
-            Some(file) if file.ends_with(".py") => format!("the program in it is `python3 {program}/{file}`"),
-            Some(file) => format!("the program in it is {program}/{file}"),
-            None => format!(
-                "build the project in it, and name the program: {program}/{} or {program}/{}",
-                built[0], built[1]
-            ),
-        };
-        return Some(format!("{program} is a folder, not a program; {hint}"));
-    }
-    let executable = found.permissions().mode() & 0o111 != 0;
-    (!executable).then(|| {
-        format!(
-            "{program} is not executable: `chmod +x {program}`, or start it with its interpreter, `python3 {program}`"
-        )
-    })
 }
 
 /// The node that a user calls `controller.3` or `controller_3`.
@@ -293,10 +305,19 @@ impl Display for Swap {
         match &self.player {
             Player::Program { words, .. } => write!(f, "{}", words.join(" ")),
             Player::Log(path) => write!(f, "{REPLAY}{}", path.display()),
-            Player::Robot(RobotSwap::There(settings)) => write!(f, "the robot at {}", settings.robot),
+            Player::Robot(RobotSwap::There { settings, .. }) => write!(f, "the robot at {}", settings.robot),
             Player::Robot(RobotSwap::Emulated(_)) => write!(f, "an emulator"),
         }
     }
+}
+
+/// A word as [`split_words`] and a shell read it.
+fn quoted(word: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || "-_./:=+,@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_bare) {
+        return word.into();
+    }
+    format!("'{}'", word.replace('\'', "'\"'\"'"))
 }
 
 /// Splits a command into words as a shell does: at spaces, except within quotes.
@@ -335,6 +356,15 @@ mod tests {
         let words = ["python3", "my controller.py", "--gain", "2"].map(String::from);
         assert_eq!(swap.player, Player::Program { words: words.to_vec(), folder: None });
         assert_eq!(swap.log(), None);
+    }
+
+    #[test]
+    fn the_text_of_a_command_gives_it_back() {
+        let words = ["python3", "my controller.py", "--gain=2", "it's", "", "\"x\""].map(String::from);
+        let player = Player::Program { words: words.to_vec(), folder: None };
+        let swap = Swap { node: "plant".into(), player };
+        let again = Swap::parse(&format!("plant={}", swap.text()), &NODES).unwrap();
+        assert_eq!(again, swap);
     }
 
     #[test]

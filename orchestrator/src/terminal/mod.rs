@@ -3,6 +3,8 @@
 #[macro_use]
 pub(crate) mod printing;
 
+pub(crate) use printing::plain;
+
 use std::io::IsTerminal;
 
 /// Columns of the terminal that stdout is; `None` if it is none, where lines may be as long as they are.

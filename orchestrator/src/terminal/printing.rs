@@ -1,6 +1,7 @@
 //! What this program prints: `println!`, `print!` and `eprintln!` that do not panic, as those of the standard library do, when the
 //! terminal was closed or nobody reads any more. A run has to end in order then, too.
 
+use std::borrow::Cow;
 use std::fmt::Arguments;
 use std::io::{self, Write};
 
@@ -21,10 +22,16 @@ macro_rules! eprintln {
     ($($text:tt)*) => { $crate::terminal::printing::complain(format_args!($($text)*)) };
 }
 
+/// Prints control sequences of our making, as they are. What comes from a file does not belong in here, except through [`plain`].
+macro_rules! draw {
+    ($($text:tt)*) => { $crate::terminal::printing::draw(format_args!($($text)*)) };
+}
+
 /// Prints what was asked for. When whoever reads it has gone, as `head` does, the program ends without a word, like any other.
 pub(crate) fn print(text: Arguments, end: &str) {
     let mut out = io::stdout().lock();
-    let printed = out.write_fmt(text).and_then(|()| out.write_all(end.as_bytes()));
+    let text = readable(&text.to_string()).into_owned();
+    let printed = out.write_all(text.as_bytes()).and_then(|()| out.write_all(end.as_bytes()));
     if printed.is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
         std::process::exit(READER_GONE);
     }
@@ -33,5 +40,66 @@ pub(crate) fn print(text: Arguments, end: &str) {
 /// Prints a message on stderr. If that is closed, nobody can be told, and nothing else changes.
 pub(crate) fn complain(text: Arguments) {
     let mut out = io::stderr().lock();
-    let _ = out.write_fmt(text).and_then(|()| out.write_all(b"\n"));
+    let text = readable(&text.to_string()).into_owned();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n"));
+}
+
+/// What [`draw!`] does.
+pub(crate) fn draw(text: Arguments) {
+    let mut out = io::stdout().lock();
+    let printed = out.write_fmt(text);
+    if printed.is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
+        std::process::exit(READER_GONE);
+    }
+}
+
+/// Text from a log, a scenario or elsewhere, as one line that cannot move the cursor, change colours or turn the direction of
+/// letters: characters that are not seen are written as JSON writes them, `\u001b`.
+pub(crate) fn plain(text: &str) -> Cow<'_, str> {
+    escaped(text, |_, _| false)
+}
+
+/// The same for text of several lines and columns.
+fn readable(text: &str) -> Cow<'_, str> {
+    escaped(text, |letter, next| matches!((letter, next), ('\n' | '\t', _) | ('\r', Some('\n'))))
+}
+
+fn escaped(text: &str, may_stay: impl Fn(char, Option<char>) -> bool) -> Cow<'_, str> {
+    if !text.chars().any(is_unseen) {
+        return text.into();
+    }
+    let mut result = String::with_capacity(text.len() + 16);
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match is_unseen(letter) && !may_stay(letter, letters.peek().copied()) {
+            true => result.push_str(&format!("\\u{:04x}", u32::from(letter))),
+            false => result.push(letter),
+        }
+    }
+    result.into()
+}
+
+/// Control characters, line separators, and marks that change the direction of what follows.
+fn is_unseen(letter: char) -> bool {
+    let turns =
+        matches!(letter, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    letter.is_control() || turns || matches!(letter, '\u{2028}' | '\u{2029}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_commands_a_terminal_is_spelled_out() {
+        assert_eq!(plain("agent 1, größer"), "agent 1, größer");
+        assert_eq!(
+            plain("\u{1b}[2J\u{9b}31m\u{7f}\r\n\tx\u{202e}"),
+            "\\u001b[2J\\u009b31m\\u007f\\u000d\\u000a\\u0009x\\u202e"
+        );
+        assert_eq!(readable("a\n\tb\r\nc\rd\u{1b}"), "a\n\tb\r\nc\\u000dd\\u001b");
+        let json = serde_json::json!({ "name": "\u{9b}\u{7f}" });
+        let again: serde_json::Value = serde_json::from_str(&readable(&json.to_string())).unwrap();
+        assert_eq!(again, json, "JSON stays what it was");
+    }
 }

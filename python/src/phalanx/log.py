@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import os
 import re
 import sys
@@ -20,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ._chunks import Content, Raw, read
-from .metrics import Assertion, Fault, Judgement, Metric
+from ._chunks import Raw, read
+from .metrics import Metric, from_json
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -119,45 +120,21 @@ class Log(Mapping[str, Topic]):
     path: Path
     """The file."""
     complete: bool
-    """Whether the file was closed and is whole; if not, the run was killed, or the file is damaged."""
-    ending: str
-    """How the run ended, if `phalanx.run` carried it out: "complete", "violated", "failed" or "interrupted"; else ""."""
+    """Whether the file was closed; if not, the run was killed, and its last fraction of a second is missing."""
     metadata: dict[str, str]
     """What the recorder was told: scenario, variant, overrides, versions."""
+    players: list[dict[str, str]]
+    """What played in the place of Phalanx, as the log has it: ``participant``, ``kind``, ``command``, ``from_step``, and ``file.1``,
+    ``sha256.1``, ... of its files; empty if Phalanx played alone."""
     scenario: dict[str, Any]
     """The scenario that was run, with variant and overrides applied: ``log.scenario["timing"]["dt"]``."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         content = read(self.path)
-        self._take(content)
-
-    def _take(self, content: Content) -> None:
-        self.complete, self.metadata, self.ending = content.complete, content.metadata, ""
-        try:
-            self.scenario = tomllib.loads(content.scenario)
-        except tomllib.TOMLDecodeError:
-            self.scenario = {}
+        self.complete, self.metadata, self.players = content.complete, content.metadata, content.players
+        self.scenario = tomllib.loads(content.scenario)
         self._topics = {raw.topic.lstrip("/"): Topic(raw) for raw in content.channels}
-        self._faults = [Fault(event.text, event.participant, event.step, event.time) for event in content.events]
-        if content.damage:
-            self._faults.append(Fault(content.damage))
-
-    @classmethod
-    def nothing(cls, path: str | os.PathLike[str]) -> Log:
-        """The log of a run that recorded nothing: no topics."""
-        log = cls.__new__(cls)
-        log.path = Path(path)
-        log._take(Content())
-        return log
-
-    def __fspath__(self) -> str:
-        return os.fspath(self.path)
-
-    @property
-    def log(self) -> Log:
-        """This log; without topics if nothing was recorded."""
-        return self
 
     def __getitem__(self, name: str) -> Topic:
         try:
@@ -220,39 +197,25 @@ class Log(Mapping[str, Topic]):
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
 
     @functools.cached_property
-    def judgement(self) -> Judgement:
-        """What `phalanx check` finds; of a log that cannot be judged, nothing, and the reason among `faults`.
-
-        Raises `phalanx.ProgramError` if the program is not found.
-        """
-        from .running import judge
-
-        return judge(self)
-
-    @property
     def metrics(self) -> dict[str, Metric]:
-        """All metrics of the run with their bands; empty if they cannot be computed."""
-        return self.judgement.metrics
+        """All metrics of the run with their bands, as ``phalanx check`` computes them.
 
-    @property
-    def assertions(self) -> dict[str, Assertion]:
-        """What became of the assertions of the scenario, by name."""
-        return self.judgement.assertions
+        Raises `phalanx.ProgramError` if the program is not found, or cannot compute them.
+        """
+        from .running import call
 
-    @property
-    def faults(self) -> list[Fault]:
-        """What happened to participants, why the run ended early, and what is wrong with the log; empty if all went well."""
-        return [*self._faults, *self.judgement.faults]
+        # 1: computed, but outside a band.
+        return from_json(json.loads(call("check", os.fspath(self.path), "--json", accept=(0, 1)))["metrics"])
 
     @property
     def ok(self) -> bool:
-        """Whether the run came to its end, with every metric within its band and no assertion violated."""
-        return self.judgement.ok
+        """Whether every metric lies in its band."""
+        return all(metric.ok is not False for metric in self.metrics.values())
 
 
 def open(path: str | os.PathLike[str]) -> Log:
-    """Reads a log that ``phalanx run`` recorded; of a run that was killed, or a damaged file, all that can be read.
+    """Reads a log that ``phalanx run`` recorded; of a run that was killed, all that reached the file.
 
-    What the run found is in the log, whatever it was: `Log.ok`, `Log.assertions`, `Log.metrics`, `Log.faults`. Raises `FileNotFoundError`, or `ValueError` if it is no such log.
+    Raises `FileNotFoundError`, or `ValueError` if it is no such log.
     """
     return Log(path)

@@ -32,15 +32,16 @@ def style(index: int) -> dict[str, Any]:
 
 
 def paths(log: Log, ax: Axes | None = None) -> Axes:
-    """The ways of all agents: from above for robots on the ground, in space for drones. A ring where each starts, a disc where
-    it ends; obstacles in grey."""
+    """The ways of all agents: from above for robots on the ground, in space for drones; drones from above, too, if ``ax`` has two
+    dimensions. A ring where each starts, a disc where it ends; obstacles in grey."""
     positions = {agent: log[f"agent_{agent}/state"].position for agent in log.agents}
     flies = log.scenario.get("vehicle", {}).get("kind") == "quadcopter"
     if ax is None:
         import matplotlib.pyplot as plt
 
         ax = plt.gcf().add_subplot(projection="3d" if flies else None)
-    coordinates = 3 if flies else 2
+    is_spatial = ax.name == "3d"
+    coordinates = 3 if flies and is_spatial else 2
     for index, (agent, position) in enumerate(positions.items()):
         curve, colour = position[:, :coordinates].T, COLOURS[index % len(COLOURS)]
         ax.plot(*curve, **style(index), label=f"agent {agent}")
@@ -52,7 +53,7 @@ def paths(log: Log, ax: Axes | None = None) -> Axes:
             angle = np.linspace(0, 2 * np.pi, 73)
             ax.fill(centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle), color="#999999")
     ax.set(xlabel="x (m)", ylabel="y (m)")
-    if flies:
+    if is_spatial:
         ax.set(zlabel="z (m)")
     else:
         ax.set_aspect("equal", "datalim")

@@ -44,7 +44,7 @@ pub use geometry::METRICS;
 #[cfg(test)]
 pub(crate) use history::check;
 pub(crate) use history::history;
-pub(crate) use message::{SCHEMA_NAME, SCHEMA_TEXT, TOPIC, encode};
+pub(crate) use message::{DEFINITION, TOPIC, encode};
 pub use read::read;
 pub use watch::Watch;
 

@@ -197,7 +197,8 @@ fn mistakes_have_a_place_and_a_remedy() {
 #[test]
 fn messages_are_those_of_ros() {
     let (watch, told) = evaluate("[[assert]]\nname = \"ab\"\nsignal = \"state.position[0]\"\nmax = 1", &[APART]);
-    let bytes = message::encode(&watch.findings().0[0], &told[0].1, 2_000_000_005);
+    let message = message::encode(&watch.findings().0[0], &told[0].1, 2_000_000_005);
+    let bytes = message.bytes();
     assert_eq!(bytes[..4], [0, 1, 0, 0]);
     assert_eq!(bytes[4..12], [2, 0, 0, 0, 5, 0, 0, 0]);
     assert_eq!(bytes[12], 40);

@@ -1,11 +1,15 @@
 //! Evaluating assertions step by step.
 
+use std::path::Path;
+
+use formation::config::Problem;
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
 use super::finding::{Finding, Findings, Moment, Violation};
 use super::{Across, Assertion, Subject};
-use crate::log::Log;
+use crate::failure::Failure;
+use crate::log::{Head, Log, Stream};
 
 /// Evaluates the assertions of a run, one step after the other.
 #[derive(Clone, Debug)]
@@ -102,7 +106,7 @@ impl Watch {
     ///
     /// # Errors
     /// What is wrong with the assertions; they have been checked before the run.
-    pub fn replay(assembly: &Assembly, log: &Log) -> Result<Findings, Vec<formation::config::Problem>> {
+    pub fn replay(assembly: &Assembly, log: &Log) -> Result<Findings, Vec<Problem>> {
         let mut watch = Self::new(super::read(assembly)?, assembly.scenario.context.timing.dt);
         if watch.is_empty() {
             return Ok(watch.findings());
@@ -114,9 +118,7 @@ impl Watch {
             .map(|channel| log.samples(&channel.topic).filter(|samples| samples.width() == channel.layout.words()))
             .collect();
         if let Some(missing) = channels.iter().position(Option::is_none) {
-            let topic = &assembly.network.channels[missing].topic;
-            let message = format!("the log has no topic {topic} as the scenario describes it");
-            return Err(vec![assembly.scenario.problem("assert", message)]);
+            return Err(vec![self::missing(assembly, &assembly.network.channels[missing].topic)]);
         }
         for (row, step) in log.steps().enumerate() {
             let sample = |channel: ChannelId| channels[channel.0].map_or(&[][..], |samples| samples.row(row));
@@ -124,4 +126,36 @@ impl Watch {
         }
         Ok(watch.findings())
     }
+
+    /// The same from the log `path`, step by step, in no more memory than a few chunks take.
+    ///
+    /// # Errors
+    /// As those of [`Watch::replay`], and [`Failure::Log`] if the log cannot be read.
+    pub fn stream(assembly: &Assembly, path: &Path) -> Result<Findings, Failure> {
+        let mut watch = Self::new(super::read(assembly)?, assembly.scenario.context.timing.dt);
+        if watch.is_empty() {
+            return Ok(watch.findings());
+        }
+        let head = Head::read(path)?;
+        let mut topics = Vec::new();
+        for channel in &assembly.network.channels {
+            let known = head
+                .topics
+                .iter()
+                .find(|(topic, layout)| *topic == channel.topic && layout.words() == channel.layout.words());
+            let known = known.ok_or_else(|| vec![missing(assembly, &channel.topic)])?;
+            topics.push(known.clone());
+        }
+        let mut stream = Stream::open(path, &topics)?;
+        while stream.advance()? {
+            let step = stream.step().unwrap_or_default();
+            watch.step(step, &|channel: ChannelId| stream.words(channel.0), |_, _, _| {});
+        }
+        Ok(watch.findings())
+    }
+}
+
+fn missing(assembly: &Assembly, topic: &str) -> Problem {
+    let message = format!("the log has no topic {topic} as the scenario describes it");
+    assembly.scenario.problem("assert", message)
 }

@@ -1,5 +1,8 @@
 //! A recorded run with its scenario: where metrics get their signals from.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
 use formation::scenario::Scenario;
 use formation::wiring::Role;
 
@@ -33,12 +36,19 @@ pub struct Run<'a> {
     /// The scenario that ran.
     pub scenario: &'a Scenario,
     log: &'a Log,
+    /// The signals that were asked for: topic and field.
+    asked: RefCell<BTreeSet<(String, String)>>,
 }
 
 impl<'a> Run<'a> {
     /// The run of `scenario` that `log` recorded.
     pub fn new(scenario: &'a Scenario, log: &'a Log) -> Self {
-        Self { scenario, log }
+        Self { scenario, log, asked: RefCell::default() }
+    }
+
+    /// The signals that were asked for so far, whether there are such or not: topic and field.
+    pub fn asked(&self) -> BTreeSet<(String, String)> {
+        self.asked.borrow().clone()
     }
 
     /// Number of agents.
@@ -74,7 +84,7 @@ impl<'a> Run<'a> {
 
     /// Whether `role` publishes `field` for `agent` (from 0).
     pub fn offers(&self, role: Role, agent: usize, field: &str) -> bool {
-        self.log.signal(&topic(role, agent), field).is_some()
+        self.find(&topic(role, agent), field).is_some()
     }
 
     /// A signal of one agent (from 0).
@@ -83,12 +93,17 @@ impl<'a> Run<'a> {
     /// [`MetricError::MissingSignal`].
     pub fn signal(&self, role: Role, agent: usize, field: &str) -> Result<Series<'a>, MetricError> {
         let topic = topic(role, agent);
-        let found = self.log.signal(&topic, field);
+        let found = self.find(&topic, field);
         found.ok_or_else(|| MetricError::MissingSignal {
             topic,
             field: field.into(),
             set: self.scenario.metrics.clone(),
         })
+    }
+
+    fn find(&self, topic: &str, field: &str) -> Option<Series<'a>> {
+        self.asked.borrow_mut().insert((topic.into(), field.into()));
+        self.log.signal(topic, field)
     }
 
     /// A signal of every agent.

@@ -12,9 +12,10 @@ use std::time::Instant;
 use formation::scenario::{FailurePolicy, OnFailure};
 use processes::{Comeback, RunError};
 
-use crate::log::{LogError, Recorder};
+use crate::log::{LogError, PLAYER, Recorder};
 use crate::run::engine::Engine;
 use crate::run::observer::{Flow, Observer, StepView};
+use crate::run::players::Player;
 use crate::run::swap::Swap;
 use event::Events;
 use tail::{Past, Tail};
@@ -33,6 +34,8 @@ pub(crate) struct Recovery {
     /// How often each worker has failed.
     failures: Vec<u32>,
     events: Events,
+    /// Programs that have taken a place, for the log.
+    players: Vec<Player>,
     /// What was done, in words.
     told: Vec<String>,
 }
@@ -40,8 +43,8 @@ pub(crate) struct Recovery {
 impl Recovery {
     /// For a run that writes the log `log`.
     pub(crate) fn new(policy: FailurePolicy, log: PathBuf) -> Self {
-        let (failures, told) = (Vec::new(), Vec::new());
-        Self { policy, log, tail: Tail::new(), failures, events: Events::default(), told }
+        let (failures, players, told) = (Vec::new(), Vec::new(), Vec::new());
+        Self { policy, log, tail: Tail::new(), failures, events: Events::default(), players, told }
     }
 
     /// Puts others in the place of those who have failed, as their policies say.
@@ -85,9 +88,11 @@ impl Recovery {
         if engine.is_robot(worker) {
             return Ok(Err(ROBOT.into()));
         }
+        let player = Player::of(&swap, 0);
         let before = engine.take_on(&node, Some(swap));
         match self.replace(engine, recorder, worker, Comeback::Adopt) {
             Ok(Some(step)) => {
+                self.players.extend(player.map(|player| Player { from_step: step, ..player }));
                 self.events.push(&node, format!("played by `{program}` from step {step} on"));
                 self.tell(format!("{node} is played by `{program}` from step {step} on"));
                 Ok(Ok(step))
@@ -190,6 +195,9 @@ impl Observer for Recovery {
         self.tail.note(view.network, view.store, view.step);
         view.remarks.drain(..).for_each(|(participant, text)| self.events.push(&participant, text));
         let Some(log) = log else { return Ok(Flow::Continue) };
+        for player in self.players.drain(..) {
+            log.note(PLAYER, &player.to_metadata())?;
+        }
         self.events.write(view.step, view.period_ns, log)?;
         Ok(Flow::Continue)
     }

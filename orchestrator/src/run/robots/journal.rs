@@ -3,13 +3,11 @@
 
 use lockstep::{ChannelId, Field, Header, Layout, Network, Status};
 
-use crate::log::{ENCAPSULATION, ExtraChannel, LogError, Recorder};
+use crate::log::{ENCAPSULATION, ExtraChannel, Lasting, LogError, Recorder, own_type};
 use crate::run::observer::{Flow, Observer, StepView};
 
 /// Where the times of the steps are.
 const TOPIC: &str = "/phalanx/pace";
-/// Their type.
-const TYPE: &str = "phalanx_msgs/msg/Pace";
 
 /// Writes the journal of one run.
 pub(crate) struct Journal {
@@ -43,7 +41,8 @@ impl Journal {
     pub(crate) fn new(network: &Network, recorder: &mut Recorder) -> Result<Self, LogError> {
         let fields = [Field::scalar("late", "s"), Field::scalar("missed", ""), Field::scalar("misses", "")];
         let layout = Layout::new(fields);
-        let pace = recorder.add_channel(TOPIC, TYPE, &layout.ros2msg())?;
+        let text = layout.ros2msg();
+        let pace = recorder.add_channel(TOPIC, &own_type("Pace", &text), &text, Lasting::Volatile)?;
         let health = format!("/{}", hardware::health::CHANNEL);
         let channels = network.channels.iter().enumerate().filter(|(_, channel)| channel.topic.ends_with(&health));
         let robots = channels.map(|(index, channel)| Robot {

@@ -90,7 +90,7 @@ impl Robots {
     ) -> Result<Command, Failure> {
         let number = swap.agent().unwrap_or(0);
         let settings = match swap.robot() {
-            Some(RobotSwap::There(settings)) => (**settings).clone(),
+            Some(RobotSwap::There { settings, .. }) => (**settings).clone(),
             Some(RobotSwap::Emulated(clock)) => {
                 let robot = self.start(program, directory, number, urgency)?;
                 let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));

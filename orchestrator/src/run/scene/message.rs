@@ -1,6 +1,6 @@
 //! The messages of a scene, as bytes.
 
-use super::cdr::Cdr;
+use crate::log::Cdr;
 
 /// The frame in which everything lies.
 pub(super) const WORLD: &str = "world";
@@ -102,12 +102,8 @@ pub(super) enum Level {
     Fatal = 50,
 }
 
-fn stamp(cdr: &mut Cdr, time_ns: u64) -> &mut Cdr {
-    cdr.i32((time_ns / 1_000_000_000) as i32).u32((time_ns % 1_000_000_000) as u32)
-}
-
 fn header<'a>(cdr: &'a mut Cdr, time_ns: u64, frame: &str) -> &'a mut Cdr {
-    stamp(cdr, time_ns).text(frame)
+    cdr.stamp(time_ns).text(frame)
 }
 
 /// Where frames lie in the world: `tf2_msgs/TFMessage`.
@@ -155,7 +151,7 @@ pub(super) fn marker(cdr: &mut Cdr, time_ns: u64, marker: &Marker<'_>) {
 
 /// A line of the journal: `rcl_interfaces/Log`.
 pub(super) fn journal(cdr: &mut Cdr, time_ns: u64, level: Level, name: &str, text: &str) {
-    stamp(cdr.restart(), time_ns).u8(level as u8).text(name).text(text).text("").text("").u32(0);
+    cdr.restart().stamp(time_ns).u8(level as u8).text(name).text(text).text("").text("").u32(0);
 }
 
 #[cfg(test)]

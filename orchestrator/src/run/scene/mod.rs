@@ -14,8 +14,6 @@
 //! alone, so that equal runs keep giving equal logs.
 
 mod cast;
-mod cdr;
-mod definitions;
 mod message;
 mod moving;
 mod props;
@@ -27,10 +25,9 @@ use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
-use crate::log::{ExtraChannel, LogError, Recorder};
+use crate::log::definitions::{self, Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
+use crate::log::{Cdr, ExtraChannel, Lasting, LogError, Recorder};
 use cast::{Actor, Link, actors, links};
-use cdr::Cdr;
-use definitions::{Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
 use message::{Level, journal, poses, transforms};
 use moving::{Links, Trails};
 
@@ -91,7 +88,8 @@ impl Scene {
         let trails = Trails::new(actors.len(), frames);
         let obstacles = context.obstacles.clone().filter(|obstacles| !obstacles.radii.is_empty());
         let mut add = |topic: &str, definitions: &[Definition]| {
-            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions))
+            let lasting = if topic == "/tf" { Lasting::Volatile } else { Lasting::TransientLocal };
+            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions), lasting)
         };
         let topics = Topics {
             transforms: add("/tf", TRANSFORMS)?,

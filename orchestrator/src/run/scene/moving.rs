@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::cast::{Actor, Link};
-use super::cdr::Cdr;
 use super::message::{Figure, Marker, marker, markers};
+use crate::log::Cdr;
 
 /// Width of a link, m.
 const LINK_WIDTH: f64 = 0.015;

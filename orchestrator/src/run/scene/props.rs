@@ -3,8 +3,8 @@
 use formation::scenario::Obstacles;
 
 use super::cast::Actor;
-use super::cdr::Cdr;
 use super::message::{Figure, Marker, Pose, marker, markers};
+use crate::log::Cdr;
 
 /// Corners of a circle.
 const CORNERS: usize = 48;

@@ -38,6 +38,17 @@ pub fn topics<'a>(log: &'a Log, pattern: &str) -> Result<Vec<&'a LogChannel>, Fa
     if !found.is_empty() {
         return Ok(found);
     }
+    let mut others = log.channels().iter().filter(|channel| channel.layout.is_none());
+    if let Some(channel) = others.find(|channel| matches(wanted, &bare(channel))) {
+        let kind = if channel.schema.is_empty() { "without a type" } else { channel.schema.as_str() };
+        return Err(Failure::Usage(format!(
+            "{} in {} holds {} messages {kind}, which are no samples of numbers: Foxglove, Lichtblick, PlotJuggler and `rosbags` \
+             show them",
+            channel.topic,
+            log.path().display(),
+            channel.messages
+        )));
+    }
     let names: Vec<String> = known().map(bare).collect();
     let hint = nearest(wanted, names.iter().map(String::as_str)).map(|near| format!("; did you mean {near}?"));
     Err(Failure::Usage(format!(

@@ -12,6 +12,7 @@ use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
 use crate::log::{Log, Series};
 use crate::recorded::scenario_of;
+use crate::run::players::Player;
 
 /// A recorded run with its scenario, as far as there is one.
 pub struct Subject {
@@ -59,6 +60,7 @@ impl Subject {
         let findings = scenario.as_ref().and_then(|scenario| {
             evaluate(scenario).map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
         });
+        caveats.extend(log.players().iter().map(|player| format!("{}.", Player::read(player).sentence())));
         let (agents, findings) = (agents_of(&log), findings.unwrap_or_default());
         Ok(Self { log, scenario, verdict, findings, caveats, agents, growing: false })
     }

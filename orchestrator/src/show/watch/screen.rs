@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::sparkline::{range, sparkline};
 use super::{Pulse, Spectator};
+use crate::terminal::plain;
 
 /// Time between two screens, and between two plain lines.
 const SCREEN_EVERY: Duration = Duration::from_millis(250);
@@ -59,7 +60,7 @@ impl Screen {
     pub(crate) fn show(&mut self, pulse: &Pulse) {
         let mut out = std::io::stdout().lock();
         let (text, every) = match &self.terminal {
-            None => (format!("{}\n", self.line(pulse)), LINE_EVERY),
+            None => (format!("{}\n", plain(&self.line(pulse))), LINE_EVERY),
             Some(terminal) => {
                 let size = terminal_size::terminal_size_of(std::io::stdout());
                 let (width, height) = size.map_or((80, 24), |(width, height)| (width.0, height.0));
@@ -87,10 +88,10 @@ impl Screen {
         let processes =
             if pulse.processes == 1 { "1 process".into() } else { format!("{} processes", pulse.processes) };
         let mut lines = vec![
-            terminal.strong(&cut(&format!("{}: run {}, {processes}", pulse.title, pulse.run), width)),
+            terminal.strong(&cut(&plain(&format!("{}: run {}, {processes}", pulse.title, pulse.run)), width)),
             terminal.bar(pulse.share(), width.min(72)),
-            cut(&pulse.sentence(), width),
-            cut(&pulse.waiting(), width),
+            cut(&plain(&pulse.sentence()), width),
+            cut(&plain(&pulse.waiting()), width),
         ];
         let room = height.saturating_sub(lines.len() + 4);
         if !self.errors.is_empty() && room > 0 {
@@ -126,7 +127,7 @@ impl Terminal {
         let blocks = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(|name| std::env::var(name).ok());
         let locale = blocks.into_iter().find(|value| !value.is_empty()).unwrap_or_default().to_ascii_lowercase();
         let colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        print!("\x1b[?1049h\x1b[?25l");
+        draw!("\x1b[?1049h\x1b[?25l");
         Self { blocks: locale.contains("utf-8") || locale.contains("utf8"), colour }
     }
 

@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::log::{Recorder, Summary};
 use crate::recorded::Tape;
 use crate::run::control::{Pace, Stop};
+use crate::run::players::Player;
 use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};
 
@@ -28,7 +29,7 @@ pub struct Outcome {
 /// Runs the participant of `setup`, started by what `command` gives for a run in a directory, against the recording of the
 /// others, and compares what it publishes. With a robot for which time passes by itself, steps keep pace with the clock.
 ///
-/// The new run is recorded into `out`, if given. Numbers within `tolerance` (see [`Departures::new`]) count as equal.
+/// The new run is recorded into `out`, if given, with those who played. Numbers within `tolerance` (see [`Departures::new`]) count as equal.
 ///
 /// # Errors
 /// [`Failure`] if the processes cannot be started, or a log cannot be read or written.
@@ -36,13 +37,16 @@ pub fn rerun(
     setup: &Setup,
     command: impl FnOnce(&Path) -> Result<Command, Failure>,
     tolerance: f64,
-    out: Option<&Path>,
+    out: Option<(&Path, &[Player])>,
     stop: &Stop,
 ) -> Result<Outcome, Failure> {
     let assembly = setup.assembly;
     let (network, timing) = (setup.network, assembly.scenario.context.timing);
     let mut tape = Tape::open(setup.log, &assembly.scenario, network, &[setup.only])?;
-    let mut recorder = out.map(|path| create_log(path, assembly, network)).transpose()?;
+    let mut recorder = out.map(|(path, players)| create_log(path, assembly, network, players)).transpose()?;
+    if !tape.wind(0)? {
+        return Err(tape.over(0).into());
+    }
     let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
     let is_free = setup.robot.and_then(Swap::robot).is_some_and(RobotSwap::is_free);
     let mut pace = is_free.then(|| Pace::new(timing.dt, 1.0));

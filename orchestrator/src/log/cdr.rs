@@ -1,26 +1,26 @@
 //! The encoding of ROS 2 messages: CDR, little-endian, every number at a multiple of its size.
 
-use crate::log::ENCAPSULATION;
+use super::ENCAPSULATION;
 
 /// A message while it is written. Used again and again, so that a frame allocates nothing once the run is warm.
 #[derive(Debug)]
-pub(super) struct Cdr {
+pub(crate) struct Cdr {
     bytes: Vec<u8>,
 }
 
 impl Cdr {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { bytes: ENCAPSULATION.into() }
     }
 
     /// Starts the next message.
-    pub(super) fn restart(&mut self) -> &mut Self {
+    pub(crate) fn restart(&mut self) -> &mut Self {
         self.bytes.truncate(ENCAPSULATION.len());
         self
     }
 
     /// The message so far, with its encapsulation.
-    pub(super) fn bytes(&self) -> &[u8] {
+    pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
@@ -30,30 +30,41 @@ impl Cdr {
         self.bytes.resize(ENCAPSULATION.len() + written.next_multiple_of(size), 0);
     }
 
-    pub(super) fn u8(&mut self, value: u8) -> &mut Self {
+    pub(crate) fn u8(&mut self, value: u8) -> &mut Self {
         self.bytes.push(value);
         self
     }
 
-    pub(super) fn bool(&mut self, value: bool) -> &mut Self {
+    pub(crate) fn bool(&mut self, value: bool) -> &mut Self {
         self.u8(value.into())
     }
 
-    pub(super) fn u32(&mut self, value: u32) -> &mut Self {
+    pub(crate) fn u64(&mut self, value: u64) -> &mut Self {
+        self.align(8);
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+        self
+    }
+
+    /// `builtin_interfaces/Time` of a simulated time, ns.
+    pub(crate) fn stamp(&mut self, time_ns: u64) -> &mut Self {
+        self.i32((time_ns / 1_000_000_000) as i32).u32((time_ns % 1_000_000_000) as u32)
+    }
+
+    pub(crate) fn u32(&mut self, value: u32) -> &mut Self {
         self.align(4);
         self.bytes.extend_from_slice(&value.to_le_bytes());
         self
     }
 
-    pub(super) fn i32(&mut self, value: i32) -> &mut Self {
+    pub(crate) fn i32(&mut self, value: i32) -> &mut Self {
         self.u32(value as u32)
     }
 
-    pub(super) fn f32(&mut self, value: f32) -> &mut Self {
+    pub(crate) fn f32(&mut self, value: f32) -> &mut Self {
         self.u32(value.to_bits())
     }
 
-    pub(super) fn f64s(&mut self, values: &[f64]) -> &mut Self {
+    pub(crate) fn f64s(&mut self, values: &[f64]) -> &mut Self {
         for value in values {
             self.align(8);
             self.bytes.extend_from_slice(&value.to_le_bytes());
@@ -62,14 +73,14 @@ impl Cdr {
     }
 
     /// A text: its length with the closing zero, its bytes, the zero.
-    pub(super) fn text(&mut self, value: &str) -> &mut Self {
+    pub(crate) fn text(&mut self, value: &str) -> &mut Self {
         self.length(value.len() + 1);
         self.bytes.extend_from_slice(value.as_bytes());
         self.u8(0)
     }
 
     /// The number of elements that follow.
-    pub(super) fn length(&mut self, count: usize) -> &mut Self {
+    pub(crate) fn length(&mut self, count: usize) -> &mut Self {
         self.u32(count as u32)
     }
 }
