@@ -49,6 +49,9 @@ pub enum Failure {
     /// A log does not hold what its metrics need.
     #[error(transparent)]
     Metric(#[from] MetricError),
+    /// The program itself is at fault.
+    #[error("internal error: {0}")]
+    Internal(String),
     /// The operating system refuses something else.
     #[error("{action}: {source}")]
     System {
@@ -69,6 +72,7 @@ impl Failure {
             Failure::Log(_) | Failure::Metric(_) => 4,
             Failure::System { .. } => 5,
             Failure::Violated(_) => 6,
+            Failure::Internal(_) => 70,
             Failure::Interrupted => 130,
         }
     }
@@ -79,6 +83,7 @@ impl Failure {
             Failure::Run(error) => of_run(error),
             Failure::Log(LogError::Write { source, .. }) => of_system(source),
             Failure::System { source, .. } => of_system(source),
+            Failure::Internal(_) => Some("this is a mistake in Phalanx; please report it with the command line"),
             _ => None,
         }
     }
@@ -100,6 +105,7 @@ Exit codes:
   4    a log cannot be written or read, or lacks what was asked for
   5    the operating system refused something
   6    an assertion of the scenario was violated; the log is complete, or ends there if the assertion stops the run
+  70   internal error: a mistake in Phalanx itself
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there
   141  whoever read what was printed has gone";
 
@@ -162,4 +168,17 @@ fn list(problems: &[Problem]) -> String {
         several => format!("{several} problems"),
     };
     format!("{count}; nothing was started\n\n{}", texts.join("\n\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_of_the_program_is_not_blamed_on_the_command_line() {
+        let failure = Failure::Internal("a run panicked".into());
+        assert_eq!((failure.exit_code(), failure.to_string().as_str()), (70, "internal error: a run panicked"));
+        assert!(failure.advice().is_some_and(|advice| advice.contains("report it")));
+        assert!(EXIT_CODES.contains("\n  70   internal error"));
+    }
 }

@@ -49,12 +49,33 @@ fn short_runs_give_the_known_samples() {
         return;
     }
     let known = std::fs::read_to_string(&path).expect("the golden digests");
-    for line in lines.lines() {
-        let name = line.split(' ').next().expect("a name");
-        // A scenario that is new has no digest yet.
-        match known.lines().find(|known| known.split(' ').next() == Some(name)) {
-            Some(known) => assert_eq!(line, known, "the samples of {name} have changed"),
-            None => eprintln!("{name} has no golden digest yet; add the line {line}"),
-        }
+    let differ = differences(&lines, &known);
+    assert!(differ.is_empty(), "{}", differ.join("\n"));
+}
+
+/// What does not agree between the lines `name = "digest"` of today and those of a file, whose comments do not count.
+fn differences(found: &str, known: &str) -> Vec<String> {
+    fn entry(line: &str) -> Option<(&str, &str)> {
+        line.split_once(" = ").filter(|_| !line.starts_with('#'))
+    }
+    let [found, known] = [found, known].map(|text| text.lines().filter_map(entry).collect::<BTreeMap<_, _>>());
+    let of_scenario = |(name, digest): (&&str, &&str)| match known.get(name) {
+        Some(expected) if expected == digest => None,
+        Some(expected) => Some(format!("the samples of {name} have changed: {digest}, expected {expected}")),
+        None => Some(format!("{name} has no golden digest; if its samples are right, add the line {name} = {digest}")),
+    };
+    let gone = known.keys().filter(|name| !found.contains_key(*name));
+    let gone = gone.map(|name| format!("the digest of {name} belongs to no scenario; remove the line"));
+    found.iter().filter_map(of_scenario).chain(gone).collect()
+}
+
+#[test]
+fn a_digest_that_is_missing_changed_or_left_over_is_named() {
+    assert_eq!(differences("a = \"1\"\n", "# comment\n\na = \"1\"\n"), Vec::<String>::new());
+    for (known, word) in
+        [("", "a has no golden digest"), ("a = \"2\"", "a have changed"), ("a = \"1\"\nb = \"1\"", "digest of b")]
+    {
+        let found = differences("a = \"1\"\n", known);
+        assert!(found.len() == 1 && found[0].contains(word), "{found:?}");
     }
 }

@@ -38,7 +38,7 @@ impl Formula {
     /// latter.
     ///
     /// # Panics
-    /// If `slots` is shorter than the highest slot that the formula [uses](Formula::uses_slot).
+    /// If `slots` is shorter than the highest slot that the formula uses.
     pub fn evaluate(&self, slots: &[f64]) -> f64 {
         self.run(slots)
     }
@@ -50,13 +50,14 @@ impl Formula {
     /// Where the slope of another function is infinite, as that of `sqrt` at 0, derivatives are infinite or no numbers.
     ///
     /// # Panics
-    /// If `slots` is shorter than the highest slot that the formula [uses](Formula::uses_slot).
+    /// If `slots` is shorter than the highest slot that the formula uses.
     pub fn evaluate_jet(&self, slots: &[Jet]) -> Jet {
         self.run(slots)
     }
 
     /// The value, if it depends on no slot.
-    pub fn as_constant(&self) -> Option<f64> {
+    #[cfg(test)]
+    pub(super) fn as_constant(&self) -> Option<f64> {
         match *self.code {
             [Operation::Constant(value)] => Some(value),
             _ => None,
@@ -64,7 +65,8 @@ impl Formula {
     }
 
     /// Whether the formula reads the slot of this index.
-    pub fn uses_slot(&self, slot: usize) -> bool {
+    #[cfg(test)]
+    pub(super) fn uses_slot(&self, slot: usize) -> bool {
         self.code.iter().any(
             |operation| matches!(operation, Operation::Slot(used) | Operation::BinarySlot(_, used) if *used == slot),
         )

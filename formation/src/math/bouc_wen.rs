@@ -59,7 +59,8 @@ impl BoucWen {
     }
 
     /// The largest memory that can be reached from 0: `(χ̄ + χ)^(-1/m)`.
-    pub fn memory_limit(&self) -> f64 {
+    #[cfg(test)]
+    fn memory_limit(&self) -> f64 {
         libm::pow(self.width + self.slant, -1.0 / self.smoothness)
     }
 

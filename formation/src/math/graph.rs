@@ -96,7 +96,8 @@ impl Topology {
     }
 
     /// The matrix `L + B`, row by row.
-    pub fn laplacian_plus_b(&self) -> Vec<Vec<f64>> {
+    #[cfg(test)]
+    fn laplacian_plus_b(&self) -> Vec<Vec<f64>> {
         let row = |i: usize| -> Vec<f64> {
             let degree: f64 = (0..self.size).map(|j| self.a(i, j)).sum();
             (0..self.size).map(|j| if i == j { degree + self.b(i) } else { -self.a(i, j) }).collect()

@@ -194,9 +194,9 @@ fn placements(assembly: &Assembly, names: &[String]) -> Result<Vec<Placement>, F
 /// Runs in a thread of its own, which keeps its pinning to itself, and returns the digest of the log.
 fn record(assembly: &Assembly, options: &Options) -> Result<String, Failure> {
     let work = || std::thread::scope(|scope| scope.spawn(|| run(assembly, options, |_| {})).join());
-    let outcome = work().map_err(|_| Failure::Usage("a run panicked".into()))??;
+    let outcome = work().map_err(|_| Failure::Internal("a run panicked".into()))??;
     outcome.ending.into_result()?;
-    outcome.log.map(|log| log.sha256).ok_or_else(|| Failure::Usage("a run was not recorded".into()))
+    outcome.log.map(|log| log.sha256).ok_or_else(|| Failure::Internal("a run was not recorded".into()))
 }
 
 /// A temporary folder for the logs, removed at the end.

@@ -121,7 +121,7 @@ fn carry_out(
             });
         }
     });
-    let missing = || Err(Failure::Usage("a run of the campaign was not carried out".into()));
+    let missing = || Err(Failure::Internal("a run of the campaign was not carried out".into()));
     let results = slots
         .into_iter()
         .map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()).unwrap_or_else(missing));

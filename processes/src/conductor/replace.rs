@@ -85,11 +85,6 @@ impl Conductor {
         Ok(Some(step))
     }
 
-    /// Whether `worker` was replaced as often as it may be.
-    pub fn is_worn_out(&self, worker: usize) -> bool {
-        self.crew.spawned(worker) > self.settings.replacements
-    }
-
     /// Creates the services of a new process and reads from them from now on: before its return, no step is complete that
     /// was not recorded.
     fn create_boards(&mut self, worker: usize, incarnation: u32) -> Result<(), RunError> {

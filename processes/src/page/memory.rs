@@ -102,10 +102,27 @@ pub(super) struct Slot {
     pub(super) message: [AtomicU8; MESSAGE_BYTES],
 }
 
-/// The mapped page.
-pub(crate) struct Page {
+/// Memory that this process shares with others; nothing of it is looked at but by atomics.
+struct Mapping {
     base: NonNull<Head>,
     bytes: usize,
+}
+
+// SAFETY: an address and a length. What is there consists of atomics, for every thread alike, and stays until the drop.
+unsafe impl Send for Mapping {}
+// SAFETY: a shared reference gives access to atomics only.
+unsafe impl Sync for Mapping {}
+
+impl Drop for Mapping {
+    fn drop(&mut self) {
+        // SAFETY: what `map` mapped; no reference into it outlives the value. Failure leaves a mapping behind, no more.
+        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.bytes) };
+    }
+}
+
+/// The mapped page.
+pub(crate) struct Page {
+    mapping: Mapping,
     pub(super) phases: usize,
     pub(super) workers: usize,
     /// Runs of every worker that are kept for a trace.
@@ -115,10 +132,17 @@ pub(crate) struct Page {
     file: OwnedFd,
 }
 
-// SAFETY: the mapping consists of atomics only and lives as long as the value; all else may be sent by itself.
-unsafe impl Send for Page {}
-// SAFETY: as above.
-unsafe impl Sync for Page {}
+// Phases stand behind the head, slots behind the phases, events behind the slots, without a gap: each part must end where the
+// next one may begin. The kernel places a mapping at the start of a memory page, which is aligned for a head.
+const _: () = {
+    assert!(size_of::<Head>().is_multiple_of(align_of::<Phase>()));
+    assert!(size_of::<Phase>().is_multiple_of(align_of::<Slot>()));
+    assert!(size_of::<Head>().is_multiple_of(align_of::<Slot>()));
+    assert!(size_of::<Slot>().is_multiple_of(align_of::<Event>()));
+    assert!(size_of::<Head>().is_multiple_of(align_of::<Event>()));
+    assert!(size_of::<Phase>().is_multiple_of(align_of::<Event>()));
+    assert!(align_of::<Head>() <= 4096);
+};
 
 fn size(plan: &Plan) -> usize {
     let (phases, workers) = (plan.phase_count(), plan.workers.len());
@@ -183,7 +207,7 @@ impl Page {
             )?
         };
         let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { base, bytes, phases, workers, traced, waker: plan.wake.into(), file })
+        Ok(Self { mapping: Mapping { base, bytes }, phases, workers, traced, waker: plan.wake.into(), file })
     }
 
     /// The file, to hand it to a child.
@@ -193,19 +217,19 @@ impl Page {
 
     pub(super) fn head(&self) -> &Head {
         // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
-        unsafe { self.base.as_ref() }
+        unsafe { self.mapping.base.as_ref() }
     }
 
     pub(super) fn phase(&self, phase: usize) -> &Phase {
         assert!(phase < self.phases);
-        // SAFETY: `map` made room for `phases` of them behind the head; sizes are multiples of the alignment.
-        unsafe { self.base.add(1).cast::<Phase>().add(phase).as_ref() }
+        // SAFETY: `map` made room for `phases` of them behind the head, where one is aligned (see the assertions).
+        unsafe { self.mapping.base.add(1).cast::<Phase>().add(phase).as_ref() }
     }
 
     pub(super) fn slot(&self, worker: usize) -> &Slot {
         assert!(worker < self.workers);
-        // SAFETY: as for the phases, behind them.
-        unsafe { self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
+        // SAFETY: `map` made room for `workers` of them behind the phases, where one is aligned (see the assertions).
+        unsafe { self.mapping.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
     }
 
     pub(super) fn tally(&self, worker: usize) -> &Tally {
@@ -218,15 +242,8 @@ impl Page {
         assert!(worker < self.workers);
         // SAFETY: behind the slots, `map` made room for `traced` events of every worker; `place` is below that.
         Some(unsafe {
-            let slots = self.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>();
+            let slots = self.mapping.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>();
             slots.add(self.workers).cast::<Event>().add(worker * self.traced + place).as_ref()
         })
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        // SAFETY: what `map` mapped; no reference into it outlives the value. Failure leaves a mapping behind, no more.
-        let _ = unsafe { rustix::mm::munmap(self.base.as_ptr().cast(), self.bytes) };
     }
 }
