@@ -9,7 +9,7 @@ use formation::scenario::Context;
 use formation::wiring::{Bind, Refusal, Role};
 use lockstep::{Fault, Io, Out, Participant, Slice, Step, Timing};
 
-use crate::contact::{Contact, open};
+use crate::contact::{Contact, await_robot, open};
 use crate::frame::MAX_FRAME;
 use crate::health;
 use crate::link::{Connector, TcpConnector};
@@ -49,7 +49,7 @@ impl Bridge {
         let mut core = Contact::new(settings, inputs, period).map_err(failed)?;
         let patience = Duration::from_secs_f64(settings.start_patience);
         let hello = core.hello(0).map_err(failed)?;
-        core.attach(open(&mut *connector, &hello, settings.body, patience)?);
+        core.attach(await_robot(&mut *connector, &hello, settings.body, patience)?);
         let core = Arc::new(Mutex::new(core));
         if settings.clock == Clock::Lockstep {
             return Ok(Self { core, connector: Some(connector), thread: None });

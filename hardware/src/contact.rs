@@ -10,6 +10,9 @@ use crate::message::{Clock, MAX_INPUTS, Message};
 use crate::settings::Settings;
 use crate::tracker::Tracker;
 
+/// Time between two attempts to reach a robot that does not listen yet.
+const RETRY: Duration = Duration::from_millis(100);
+
 /// What became of the commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct LinkCounts {
@@ -285,7 +288,49 @@ pub(crate) fn open(
     patience: Duration,
 ) -> Result<Box<dyn Link>, String> {
     let target = connector.target();
-    let mut link = connector.connect(patience).map_err(|error| format!("no robot answers at {target}: {error}"))?;
+    let link = connector.connect(patience).map_err(|error| format!("no robot answers at {target}: {error}"))?;
+    greet(link, &target, hello, body, patience)
+}
+
+/// As [`open`], for a robot that may still be starting: tries until it listens, for `patience` at most.
+///
+/// # Errors
+/// Why there is none, in words.
+pub(crate) fn await_robot(
+    connector: &mut dyn Connector,
+    hello: &Frame,
+    body: u32,
+    patience: Duration,
+) -> Result<Box<dyn Link>, String> {
+    let (target, start) = (connector.target(), Instant::now());
+    loop {
+        // The system does not take zero for a time.
+        let left = patience.saturating_sub(start.elapsed()).max(Duration::from_millis(1));
+        match connector.connect(left) {
+            Ok(link) => return greet(link, &target, hello, body, left),
+            Err(error) if !may_come(&error) || start.elapsed() + RETRY >= patience => {
+                let seconds = start.elapsed().as_secs_f64();
+                return Err(format!("no robot answers at {target}, tried for {seconds:.1} s: {error}"));
+            }
+            Err(_) => std::thread::sleep(RETRY),
+        }
+    }
+}
+
+/// Whether it may be that the robot is only not there yet.
+fn may_come(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionRefused, ConnectionReset, HostUnreachable, NetworkUnreachable, TimedOut};
+    [ConnectionRefused, ConnectionReset, HostUnreachable, NetworkUnreachable, TimedOut].contains(&error.kind())
+}
+
+/// Asks for control over an open link.
+fn greet(
+    mut link: Box<dyn Link>,
+    target: &str,
+    hello: &Frame,
+    body: u32,
+    patience: Duration,
+) -> Result<Box<dyn Link>, String> {
     let failed = |error: LinkError| format!("the robot at {target} does not answer as a robot does: {error}");
     link.send(hello).map_err(failed)?;
     let Some(frame) = link.receive(patience).map_err(failed)? else {

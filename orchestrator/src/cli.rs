@@ -21,6 +21,7 @@ pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 use lockstep::Wake;
 pub(crate) use look::{EchoArgs, ExportArgs, LayoutArgs, PlotArgs, ReportArgs};
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
+use processes::console;
 pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
 pub(crate) use watch::WatchArgs;
@@ -30,6 +31,7 @@ use crate::failure::Failure;
 use crate::logging;
 use crate::run::leftovers;
 use crate::run::placement::Placement;
+use crate::terminal;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
 #[derive(Debug, Parser)]
@@ -331,9 +333,14 @@ pub(crate) struct DoctorArgs {
 impl Command {
     /// Whether it first removes what dead runs have left: all that a person calls, unless that is what it is for.
     fn is_to_sweep(&self) -> bool {
-        let cleans_itself = matches!(self, Command::Doctor(_));
-        let is_part = matches!(self, Command::Participant(_) | Command::Bridge { .. } | Command::Supervise(_));
-        !cleans_itself && !is_part
+        // Whoever asks a run must not wait for the lock of all of them.
+        let only_asks = matches!(self, Command::Doctor(_) | Command::Ctl(_) | Command::Top(_) | Command::Watch(_));
+        !only_asks && !self.is_part()
+    }
+
+    /// Whether it is started by a run, which reads what it prints.
+    fn is_part(&self) -> bool {
+        matches!(self, Command::Participant(_) | Command::Bridge { .. } | Command::Supervise(_))
     }
 }
 
@@ -351,6 +358,9 @@ pub fn main() -> ExitCode {
     {
         eprintln!("error: {failure}");
         return ExitCode::from(failure.exit_code());
+    }
+    if !cli.command.is_part() {
+        console::start();
     }
     if cli.command.is_to_sweep() {
         leftovers::sweep_silently();
@@ -391,7 +401,7 @@ pub fn main() -> ExitCode {
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
         Command::Participant(args) => return commands::participant::participant(&args),
     };
-    match result {
+    let code = match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
@@ -402,5 +412,7 @@ pub fn main() -> ExitCode {
             }
             ExitCode::from(failure.exit_code())
         }
-    }
+    };
+    terminal::printing::settle();
+    code
 }

@@ -6,6 +6,7 @@ use rustix::io::Errno;
 
 use crate::judge::metrics::MetricError;
 use crate::log::LogError;
+use crate::run::control::Unanswered;
 
 /// Number of the signal.
 const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();
@@ -52,6 +53,9 @@ pub enum Failure {
     /// The program itself is at fault.
     #[error("internal error: {0}")]
     Internal(String),
+    /// A run has not answered what was asked of it.
+    #[error(transparent)]
+    Unanswered(#[from] Unanswered),
     /// The operating system refuses something else.
     #[error("{action}: {source}")]
     System {
@@ -68,9 +72,10 @@ impl Failure {
         match self {
             Failure::Missed | Failure::Different | Failure::Nonconforming => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
+            Failure::Unanswered(Unanswered::Over(_) | Unanswered::Refused { .. }) => 2,
             Failure::Run(_) | Failure::Emergency { .. } => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
-            Failure::System { .. } => 5,
+            Failure::System { .. } | Failure::Unanswered(_) => 5,
             Failure::Violated(_) => 6,
             Failure::Internal(_) => 70,
             Failure::Interrupted => 130,

@@ -9,6 +9,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::Path;
 use std::sync::OnceLock;
 
+use processes::console;
 use tracing_subscriber::filter::EnvFilter;
 use tracing_subscriber::fmt::{MakeWriter, layer};
 use tracing_subscriber::layer::SubscriberExt;
@@ -125,13 +126,11 @@ struct NamedLine {
 impl Write for NamedLine {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let name = if self.colour { "\u{1b}[1m[phalanx]\u{1b}[0m" } else { "[phalanx]" };
-        let mut stderr = io::stderr().lock();
-        write!(stderr, "{name} ")?;
-        stderr.write_all(bytes)?;
+        console::say(&[name.as_bytes(), b" ", bytes].concat());
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+        Ok(())
     }
 }

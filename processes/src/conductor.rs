@@ -70,6 +70,8 @@ pub struct Conductor {
     // Dropped in this order: first the processes, then what they share, last the directory.
     crew: Crew,
     readers: Vec<ChannelReader>,
+    /// Those of workers that were replaced before all were connected; they keep the services until all are.
+    former: Vec<ChannelReader>,
     hub: Hub,
     /// How many processes read from each node's service.
     reader_counts: Vec<usize>,
@@ -120,6 +122,7 @@ impl Conductor {
         Ok(Self {
             crew,
             readers,
+            former: Vec::new(),
             hub,
             reader_counts,
             store,
@@ -171,6 +174,7 @@ impl Conductor {
             let rings = page.rings();
             if page.ready_count() == workers.len() {
                 self.ready = true;
+                self.former.clear();
                 return Ok(());
             }
             self.look_around(0, None)?;
@@ -240,6 +244,11 @@ impl Conductor {
         &self.plan
     }
 
+    /// How it treats its workers.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
     /// Where it runs.
     pub fn directory(&self) -> &RunDirectory {
         &self.directory
@@ -265,9 +274,9 @@ impl Conductor {
     /// # Errors
     /// [`RunError::Directory`] if a file cannot be removed.
     pub fn finish(self) -> Result<(), RunError> {
-        let Self { crew, readers, hub, directory, .. } = self;
+        let Self { crew, readers, former, hub, directory, .. } = self;
         drop(crew);
-        drop((readers, hub));
+        drop((readers, former, hub));
         Ok(directory.close()?)
     }
 }

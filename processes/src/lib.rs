@@ -13,6 +13,7 @@
 mod board;
 mod cell;
 mod conductor;
+pub mod console;
 mod cores;
 mod directory;
 mod onlooker;

@@ -81,13 +81,14 @@ fn an_edge_can_be_delayed() {
     );
 }
 
-/// The status of the run that this process is.
+/// The status of the run that this process is, once its processes are connected.
 pub(crate) fn status(folder: &Folder, run: &Child) -> Option<(String, Value)> {
     let names = std::iter::once("uav".to_string()).chain((2..20).map(|number| format!("uav-{number}")));
     let ask = |name: String| {
         let answer = folder.run(&["ctl", "status", &name, "--json"]);
         let json: Value = serde_json::from_str(answer.stdout().trim()).ok()?;
-        (json["pid"].as_u64() == Some(run.id().into())).then_some((name, json))
+        let is_it = json["pid"].as_u64() == Some(run.id().into()) && json["state"] != "starting";
+        is_it.then_some((name, json))
     };
     names.filter_map(ask).next()
 }

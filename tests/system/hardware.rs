@@ -7,7 +7,7 @@ use hardware::message::{Clock, Message};
 use orchestrator::log::Log;
 
 use crate::program::{Finished, Folder};
-use crate::robot::{REAL, Robot, drives, stands};
+use crate::robot::{REAL, Robot, drives, settings, stands};
 
 const EXPERIMENT: [&str; 4] = ["run", "compensated-experiment", "-q", "--json"];
 
@@ -204,4 +204,18 @@ fn what_cannot_be_is_refused_before_anything_starts() {
     let nobody = folder.run(&REAL);
     assert_eq!(nobody.code(), 3);
     assert!(nobody.stderr().contains("no robot answers at 127.0.0.1:1"), "{}", nobody.stderr());
+}
+
+#[test]
+fn a_robot_that_is_switched_on_late_is_waited_for() {
+    let folder = Folder::new();
+    // A free port: that of a socket which is closed again.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("an address");
+    folder.write("robot2.toml", &settings(&port.to_string(), "127.0.0.1:0", "start_patience = 60\n"));
+    let run = folder.start(&[&REAL[..], &["--duration", "0.5", "-q", "--deadline", "60"]].concat());
+    std::thread::sleep(std::time::Duration::from_millis(800));
+    let _robot = Robot::start(&folder, &port.to_string(), "truth.csv");
+    let end = Finished(run.wait_with_output().expect("an end"));
+    // So short a run misses its bands.
+    assert_eq!(end.code(), 1, "{}", end.stderr());
 }

@@ -205,6 +205,61 @@ fn a_program_that_cannot_take_over_changes_nothing() {
     assert!(end.stderr().contains("`/bin/true` cannot play controller_3"), "{}", end.stderr());
 }
 
+/// A swapped-in program answers for the steps from its own first one on, not for those that its predecessor played.
+#[test]
+fn after_a_swap_the_next_may_fail_and_the_program_may_die() {
+    let folder = Folder::new();
+    let name = unique("twice");
+    let scenario = renamed(&folder, "uav", &name);
+    undisturbed(&folder, &scenario, "12");
+    let run = start(&folder, &scenario, "12", &["--realtime", "6", "--on-failure", "restart"]);
+    let phalanx = env!("CARGO_BIN_EXE_phalanx");
+    let swap = |program: &str| folder.run(&["ctl", "swap", &format!("controller.3={program}"), &name]);
+    // Its commands are those of the calm run and a tenth of a per cent more: not what the controller before it has published.
+    let swapped = swap(&format!("{phalanx} participant --replay calm.mcap --factor 1.001"));
+    assert_eq!(swapped.code(), 0, "{}", swapped.stderr());
+    sleep(PAUSE);
+    let failed = swap("./no_such_program");
+    assert!(failed.code() == 2 && failed.stderr().contains("plays on as before"), "{}", failed.stderr());
+    sleep(PAUSE);
+    let commands = |pid: &u32| std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    let player = |pid: &u32| String::from_utf8_lossy(&commands(pid)).contains("--factor");
+    let victim = children(run.id()).into_iter().find(player).expect("the program that plays on");
+    strike(victim, Signal::KILL);
+    let end = end(run);
+    let outcome = end.json();
+    assert!(end.code() <= 1, "{}", end.stderr());
+    assert!(end.stderr().contains("controller_3 was restarted"), "{}", end.stderr());
+    assert_eq!(outcome["replaced"].as_array().map(Vec::len), Some(3), "{outcome}");
+    assert_eq!(outcome["steps"], 1200, "{outcome}");
+}
+
+#[test]
+fn a_participant_that_dies_before_it_is_connected_is_restarted() {
+    let folder = Folder::new();
+    let calm = undisturbed(&folder, "uav", "1");
+    let phalanx = env!("CARGO_BIN_EXE_phalanx");
+    // The first time it dies before it has joined; the second time it plays.
+    folder.write("late.sh", &format!("if mkdir once-$1; then exit 7; fi\nexec {phalanx} participant\n"));
+    let swaps = ["--swap", "controller.3=sh late.sh 3", "--swap", "observer.2=sh late.sh 2"];
+    let run = ["run", "uav", "--duration", "1", "-q", "--json", "--out", "disturbed.mcap", "--on-failure", "restart"];
+    let end = folder.run(&[&run[..], &swaps].concat());
+    assert_eq!(end.json()["sha256"], calm, "{}", end.stderr());
+    assert_eq!(end.json()["replaced"].as_array().map(Vec::len), Some(2), "{}", end.stderr());
+    // One that never comes ends the run with what it died of.
+    let end = folder.run(&[&run[..], &["--swap", "controller.3=false"]].concat());
+    assert!(end.code() == 3 && end.stderr().contains("was restarted 3 times already"), "{}", end.stderr());
+}
+
+#[test]
+fn what_cannot_be_held_before_the_first_step_ends_the_run_with_its_own_error() {
+    let folder = Folder::new();
+    let run = ["run", "uav", "--duration", "1", "-q", "--out", "a.mcap", "--on-failure", "hold"];
+    let end = folder.run(&[&run[..], &["--swap", "controller.3=false"]].concat());
+    let told = end.stderr();
+    assert!(end.code() == 3 && told.contains("ended with exit code 1 before it was connected"), "{told}");
+}
+
 #[test]
 fn a_program_is_swapped_in_as_it_is_called_where_one_asks() {
     let folder = Folder::new();

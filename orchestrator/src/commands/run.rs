@@ -1,9 +1,12 @@
 //! `phalanx run`.
 
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
 
 use formation::scenario::{FailurePolicy, OnFailure};
 use formation::wiring::Assembly;
+use processes::console::{self, Dropped};
 use serde_json::{Value, json};
 
 use super::check::{players_json, show_findings, show_players, summary_line};
@@ -20,7 +23,12 @@ use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap, keep_apart};
 use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::terminal::{columns, wrapped};
+use crate::terminal::{self, columns, wrapped};
+
+/// How long an interrupted run may take to end in order.
+const PATIENCE: Duration = Duration::from_millis(700);
+/// Time between two looks whether its log is closed.
+const LOOK: Duration = Duration::from_millis(10);
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(&args.scenario, &args.swap)?;
@@ -183,7 +191,23 @@ fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
 /// Ctrl-C, SIGTERM and SIGHUP end the run in order.
 pub(super) fn end_on_signals(stop: Stop) {
     // A second handler in one process cannot be set; a program that embeds this one has set its own then.
-    let _ = ctrlc::set_handler(move || stop.request());
+    let _ = ctrlc::set_handler(move || {
+        stop.request();
+        end_the_process(&stop);
+    });
+}
+
+/// Ends the process if the run has not done so after a while. The operating system may keep the main thread for as long as it
+/// likes, in the start of a process or the opening of a file; and the metrics of a long log take their time. Only the closing
+/// of a log is waited for.
+fn end_the_process(stop: &Stop) {
+    thread::sleep(PATIENCE);
+    while !stop.may_be_abandoned() {
+        thread::sleep(LOOK);
+    }
+    eprintln!("error: {}", Failure::Interrupted);
+    terminal::printing::settle();
+    std::process::exit(Failure::Interrupted.exit_code().into());
 }
 
 fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
@@ -202,6 +226,12 @@ fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, playe
         outcome.simulated / outcome.wall.max(1e-9),
         outcome.processes
     ));
+    let Dropped { lines, bytes } = console::dropped();
+    if bytes > 0 {
+        say(format!(
+            "stderr was not read fast enough: {lines} lines ({bytes} bytes) of participants' output were dropped"
+        ));
+    }
     if let Some(cores) = &outcome.cores {
         say(format!("cores: {cores}"));
     }
@@ -253,6 +283,7 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, pl
         "metrics": verdict.map(Verdict::to_json),
         "replaced": outcome.replaced,
         "players": players_json(players),
+        "dropped_output": console::dropped().bytes,
         "assertions": outcome.findings.to_json(),
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
         "pace": outcome.pacing.map(|pacing| json!({

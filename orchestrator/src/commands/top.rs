@@ -5,26 +5,24 @@ use std::io::IsTerminal;
 use std::thread;
 use std::time::Duration;
 
-use serde_json::Value;
-
-use super::ctl::sentence;
-use super::select_run::{choose, tell};
+use super::select_run::choose;
 use crate::cli::TopArgs;
 use crate::failure::Failure;
+use crate::run::control::{Request, Status, Unanswered, ask};
 
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let run = choose(args.run.name.as_deref())?;
-    let mut before = tell(&run, "status")?;
+    let mut before = ask(&run, &Request::Status)?;
     let clear = if std::io::stdout().is_terminal() && !args.once { "\x1b[H\x1b[J" } else { "" };
     loop {
         thread::sleep(Duration::from_secs_f64(args.interval));
-        let now = match tell(&run, "status") {
+        let now = match ask(&run, &Request::Status) {
             Ok(now) => now,
-            Err(Failure::System { .. }) => {
+            Err(Unanswered::Over(_) | Unanswered::Closed(_)) => {
                 println!("The run {run} is over.");
                 return Ok(());
             }
-            Err(failure) => return Err(failure),
+            Err(error) => return Err(error.into()),
         };
         draw!("{clear}");
         println!("{}", table(&before, &now));
@@ -36,34 +34,31 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
 }
 
 /// What happened between two looks.
-fn table(before: &Value, now: &Value) -> String {
-    let gain = |name: &str| now[name].as_f64().unwrap_or(0.0) - before[name].as_f64().unwrap_or(0.0);
-    let (steps, wall) = (gain("steps"), gain("wall_s").max(1e-9));
-    let awaited: Vec<&str> = now["awaited"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+fn table(before: &Status, now: &Status) -> String {
+    let (steps, wall) = (now.steps.saturating_sub(before.steps) as f64, (now.wall_s - before.wall_s).max(1e-9));
     let mut text = format!(
         "{}\n{:.0} steps/s, {:.2} x real time; waits for: {}\n\n{:<24} {:>12} {:>12} {:>12} {:>8}\n",
-        sentence(now),
+        now.sentence(),
         steps / wall,
-        gain("time") / wall,
-        awaited.join(", "),
+        (now.time - before.time) / wall,
+        now.awaited.join(", "),
         "participant",
         "compute",
         "wake-up",
         "waiting",
         "last"
     );
-    let workers = |status: &Value| status["workers"].as_array().cloned().unwrap_or_default();
-    for (old, new) in workers(before).iter().zip(&workers(now)) {
-        let gain = |name: &str| new[name].as_f64().unwrap_or(0.0) - old[name].as_f64().unwrap_or(0.0);
-        let per_step = |name: &str| gain(name) / steps.max(1.0) * 1e6;
+    for (old, new) in before.workers.iter().zip(&now.workers) {
+        let per_step = |gain: f64| gain / steps.max(1.0) * 1e6;
+        let runs = new.runs.saturating_sub(old.runs).max(1);
         let _ = writeln!(
             text,
             "{:<24} {:>9.2} us {:>9.2} us {:>9.2} us {:>6.1} %",
-            new["name"].as_str().unwrap_or_default(),
-            per_step("compute_s"),
-            per_step("waking_s"),
-            per_step("waiting_s"),
-            100.0 * gain("last") / gain("runs").max(1.0)
+            new.name,
+            per_step(new.compute_s - old.compute_s),
+            per_step(new.waking_s - old.waking_s),
+            per_step(new.waiting_s - old.waiting_s),
+            100.0 * new.last.saturating_sub(old.last) as f64 / runs as f64
         );
     }
     text

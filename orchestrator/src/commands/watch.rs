@@ -8,11 +8,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use processes::RunDirectory;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::select_run::{choose, tell};
+use super::select_run::{choose, no_such_run};
 use crate::cli::WatchArgs;
 use crate::failure::Failure;
+use crate::run::control::{Request, State, Status, ask};
 use crate::show::report;
 use crate::show::watch::{Pulse, Screen, Spectator, Web};
 
@@ -21,7 +22,9 @@ const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 30);
 /// Time between two questions to the run.
 const QUESTION: Duration = Duration::from_millis(250);
 /// Time between two looks for a run to begin.
-const PATIENCE: Duration = Duration::from_millis(20);
+const LOOK: Duration = Duration::from_millis(20);
+/// How long a run that is named may take until it is there: it may have been started a moment ago.
+const NAMED_PATIENCE: Duration = Duration::from_secs(3);
 
 pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
     let leave = Arc::new(AtomicBool::new(false));
@@ -30,7 +33,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
         .map_err(|error| Failure::system("listen for Ctrl-C")(std::io::Error::other(error)))?;
     let Some((run, status)) = find(args.run.name.as_deref(), &leave)? else { return Ok(()) };
     // The only process of a run that has no others.
-    let single = status["processes"] == 1;
+    let single = status.processes == 1;
     if single && args.web {
         return Err(Failure::Usage(format!(
             "the run {run} is one process (--placement single), whose samples cannot be seen from outside; run it with \
@@ -54,25 +57,32 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The run that is meant, with its status; waits for one to begin. `None` if Ctrl-C came first.
-fn find(name: Option<&str>, leave: &AtomicBool) -> Result<Option<(String, Value)>, Failure> {
+/// The run that is meant, with its status, once its processes are there; waits for one to begin unless a name is given.
+/// `None` if Ctrl-C came first.
+///
+/// # Errors
+/// [`Failure::Usage`] if there is no run of that name, or no name and several runs.
+fn find(name: Option<&str>, leave: &AtomicBool) -> Result<Option<(String, Status)>, Failure> {
+    let start = Instant::now();
     let mut said = false;
     while !leave.load(SeqCst) {
         let runs = RunDirectory::list()?;
         let there = name.map_or(!runs.is_empty(), |name| runs.iter().any(|run| run == name));
         if there {
             let run = choose(name)?;
-            // A run that has just begun does not answer yet.
-            if let Ok(status) = tell(&run, "status") {
+            // One that is over again is as good as none.
+            if let Ok(status) = ask(&run, &Request::Status)
+                && status.state != State::Starting
+            {
                 return Ok(Some((run, status)));
             }
-        }
-        if !there && !said {
-            let what = name.map_or_else(|| "a run".to_string(), |name| format!("the run {name}"));
-            eprintln!("waiting for {what} to begin: phalanx run SCENARIO; Ctrl-C leaves");
+        } else if let Some(name) = name.filter(|_| start.elapsed() > NAMED_PATIENCE) {
+            return Err(Failure::Usage(no_such_run(name, &runs)));
+        } else if name.is_none() && !said {
+            eprintln!("waiting for a run to begin: phalanx run SCENARIO; Ctrl-C leaves");
             said = true;
         }
-        thread::sleep(PATIENCE);
+        thread::sleep(LOOK);
     }
     Ok(None)
 }
@@ -82,7 +92,7 @@ struct View {
     spectator: Option<Spectator>,
     web: Option<Web>,
     /// The last answer of the run.
-    status: Value,
+    status: Status,
     /// How the run went between the last two answers.
     told: Option<Pulse>,
 }
@@ -135,7 +145,7 @@ impl View {
 
     fn ask(&mut self) {
         // A run that does not answer is about to end, or busy; the next question will tell.
-        let Ok(now) = tell(&self.run, "status") else { return };
+        let Ok(now) = ask(&self.run, &Request::Status) else { return };
         let pulse = Pulse::of(Some(&self.status), &now);
         if let Some(web) = &self.web {
             let waiting = pulse.waiting();
@@ -148,8 +158,7 @@ impl View {
 
     /// Says how it ended, in the terminal and to the browsers.
     fn conclude(&self, over: bool, leave: &AtomicBool) {
-        let dt = self.status["dt"].as_f64().unwrap_or(0.0);
-        let of = self.status["of"].as_u64().unwrap_or(0);
+        let Status { dt, of, .. } = self.status;
         let seen = self.spectator.as_ref().and_then(Spectator::newest);
         let text = match (over, seen) {
             (false, _) => format!("Left; the run {} goes on.", self.run),

@@ -90,29 +90,46 @@ impl Cast {
 const SWAPS: u32 = 16;
 
 impl Engine {
-    /// Builds all participants in this process, or starts the processes and waits until all are connected. `stop` ends both
-    /// the start and the run.
+    /// Builds all participants in this process, or starts the processes, which [`connect`](Self::connect) waits for. `stop`
+    /// ends both the start and the run. `reached` is given the directory of the run as soon as it is there, and the number of
+    /// processes.
     ///
     /// # Errors
     /// [`Failure::Invalid`] if a component cannot be built, [`Failure::Run`] if a process cannot be started or does not
     /// connect.
-    pub fn start(assembly: &Assembly, options: &Options, home: Home, stop: &Stop) -> Result<Self, Failure> {
+    pub fn start(
+        assembly: &Assembly,
+        options: &Options,
+        home: Home,
+        stop: &Stop,
+        reached: impl FnOnce(&RunDirectory, usize),
+    ) -> Result<Self, Failure> {
         match options.placement {
-            Placement::Single => Self::local(assembly),
-            _ => Self::processes(assembly, options, home, stop),
+            Placement::Single => Self::local(assembly, reached),
+            _ => Self::processes(assembly, options, home, stop, reached),
         }
     }
 
-    fn local(assembly: &Assembly) -> Result<Self, Failure> {
+    fn local(assembly: &Assembly, reached: impl FnOnce(&RunDirectory, usize)) -> Result<Self, Failure> {
+        let directory = RunDirectory::create(&assembly.scenario.name).ok();
+        if let Some(directory) = &directory {
+            reached(directory, 1);
+        }
         let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
         let participants = assembly.participants(&nodes)?;
         let dt = assembly.scenario.context.timing.dt;
         let local = Local::new(assembly.network.clone(), participants, dt)
             .map_err(|error| vec![assembly.scenario.problem("", error.to_string())])?;
-        Ok(Self::Local { local: Box::new(local), directory: RunDirectory::create(&assembly.scenario.name).ok() })
+        Ok(Self::Local { local: Box::new(local), directory })
     }
 
-    fn processes(assembly: &Assembly, options: &Options, home: Home, stop: &Stop) -> Result<Self, Failure> {
+    fn processes(
+        assembly: &Assembly,
+        options: &Options,
+        home: Home,
+        stop: &Stop,
+        reached: impl FnOnce(&RunDirectory, usize),
+    ) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
         let mut workers = options.placement.workers(assembly, &options.swaps);
         if let Some(stress) = &options.stress {
@@ -126,6 +143,7 @@ impl Engine {
         plan.traced = options.traced_runs();
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
+        reached(&directory, count + 1);
         let path = directory.path().join(SCENARIO_FILE);
         let text = assembly.scenario.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
@@ -151,6 +169,9 @@ impl Engine {
             conductor.keep_output(folder)?;
         }
         for worker in 0..count {
+            if stop.is_requested() {
+                return Err(RunError::Interrupted { step: 0 }.into());
+            }
             let name = &conductor.plan().workers[worker].name;
             let command = cast.command(name, conductor.directory().path())?;
             let pid = conductor.spawn(worker, command, cast.core)?;
@@ -159,12 +180,30 @@ impl Engine {
                 stress.set_priority(worker, pid);
             }
         }
-        conductor.wait_ready(settings.deadline * START_DEADLINES)?;
-        tracing::info!(processes = count, run = conductor.directory().name(), "all processes are connected");
-        if let Some(core) = home.core {
-            pin_to_core(core).map_err(Failure::system("pin to a core"))?;
-        }
         Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
+    }
+
+    /// Waits until all processes are connected.
+    ///
+    /// # Errors
+    /// [`RunError`] if one fails before that, or is not connected in time; it may be replaced then, and this called again.
+    pub(crate) fn connect(&mut self) -> Result<(), RunError> {
+        let Self::Processes { conductor, .. } = self else { return Ok(()) };
+        conductor.wait_ready(conductor.settings().deadline * START_DEADLINES)?;
+        let (processes, run) = (conductor.plan().workers.len(), conductor.directory().name());
+        tracing::info!(processes, run, "all processes are connected");
+        Ok(())
+    }
+
+    /// Pins this thread to the core that the processes start on, if one was chosen.
+    ///
+    /// # Errors
+    /// [`Failure::System`] if the operating system refuses.
+    pub(crate) fn settle(&self) -> Result<(), Failure> {
+        match self.core() {
+            Some(core) => pin_to_core(core).map_err(Failure::system("pin to a core")),
+            None => Ok(()),
+        }
     }
 
     /// From now on it is tried on how many of `cores` steps are shortest, if nobody else has chosen where the processes run.
@@ -238,6 +277,14 @@ impl Engine {
     pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
         let Engine::Processes { conductor, .. } = self else { return None };
         conductor.plan().workers.iter().position(|worker| worker.name == node)
+    }
+
+    /// How often a worker may still be replaced.
+    pub(crate) fn replacements_left(&self, worker: usize) -> u32 {
+        match self {
+            Engine::Local { .. } => 0,
+            Engine::Processes { conductor, .. } => conductor.replacements_left(worker),
+        }
     }
 
     /// From now on this program plays the participant, or with `None` ours. Returns which one did before.

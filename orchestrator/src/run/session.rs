@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use formation::wiring::Assembly;
 use lockstep::Network;
-use processes::{RunError, Tap};
+use processes::{RunDirectory, RunError, Tap};
 
 use super::control::{About, Keys, Pace, Server, Stop};
 use super::engine::{Engine, cores};
@@ -57,7 +57,7 @@ struct Session<'a> {
     log: Option<Recorder>,
     observers: Observers,
     progress: Progress,
-    /// What answers from outside; they end before the engine does.
+    /// What takes requests from outside.
     doors: (Option<Server>, Option<Keys>),
     /// The last step that is done.
     done: u64,
@@ -77,8 +77,15 @@ impl<'a> Session<'a> {
         let timing = assembly.scenario.context.timing;
         let stop = Stop::new();
         on_start(stop.clone());
-        let mut engine = Engine::start(assembly, options, home, &stop)?;
-        let server = serve(assembly, &engine, &stop);
+        let mut server = None;
+        let reached = |directory: &RunDirectory, processes| server = serve(assembly, directory, processes, &stop);
+        let mut engine = Engine::start(assembly, options, home, &stop, reached).map_err(|end| ended(end, &stop))?;
+        connect(&mut engine, &mut observers, &log).map_err(|error| ended(error.into(), &stop))?;
+        engine.settle()?;
+        if let Some(server) = &server {
+            server.attach(engine.gauge());
+        }
+        stop.note_start();
         let keys = if options.progress { Keys::listen(&stop) } else { None };
         let pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
         if pace.is_none() {
@@ -192,17 +199,20 @@ impl<'a> Session<'a> {
     /// Stops the processes, robots with them, and closes the log; whatever else can fail comes after that.
     fn finish(mut self, ending: Ending, wall: f64) -> Result<Outcome, Failure> {
         self.progress.finish();
-        drop((self.doors, self.observers.tap.take()));
+        drop(self.observers.tap.take());
         let processes = self.engine.process_count();
         let chosen = self.engine.balanced();
         tracing::info!(chosen, "cores");
         let ended = self.engine.finish();
         let usage = ended.gauge.read();
+        // Up to here the run answers that it is ending.
+        drop(self.doors);
         if let Ending::LogFailed(error) = ending {
             return Err(error.into());
         }
         self.observers.end(&ending, &mut self.log)?;
         let log = self.log.map(Recorder::finish).transpose()?;
+        self.stop.note_end();
         let mut leftover: Vec<Failure> = ended.result.err().map(Failure::from).into_iter().collect();
         if let (Some(path), Some(plan)) = (&self.options.trace, &ended.plan) {
             let written = write_trace(path, &ended.gauge, plan);
@@ -246,9 +256,27 @@ fn observers(
     Ok(Observers { scene, journal, recovery, tap: None, monitor })
 }
 
-/// Answers `phalanx ctl` and `phalanx top`; a run that cannot be controlled is better than none.
-fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
-    let directory = engine.directory()?;
+/// Waits until all processes are connected; those that fail before that are replaced as their policies say.
+fn connect(engine: &mut Engine, observers: &mut Observers, log: &Option<Recorder>) -> Result<(), RunError> {
+    while let Err(error) = engine.connect() {
+        match (&mut observers.recovery, log) {
+            (Some(recovery), Some(log)) => recovery.mend(engine, log, error)?,
+            _ => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+/// Why a run ended before its first step.
+fn ended(failure: Failure, stop: &Stop) -> Failure {
+    match failure {
+        Failure::Interrupted if stop.is_emergency() => Failure::Emergency { step: 0 },
+        failure => failure,
+    }
+}
+
+/// Answers `phalanx ctl` and `phalanx top`, from the start on; a run that cannot be controlled is better than none.
+fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: &Stop) -> Option<Server> {
     let timing = assembly.scenario.context.timing;
     let about = About {
         run: directory.name().into(),
@@ -256,10 +284,10 @@ fn serve(assembly: &Assembly, engine: &Engine, stop: &Stop) -> Option<Server> {
         variant: assembly.scenario.variant.clone(),
         dt: timing.dt,
         periods: timing.periods(),
-        processes: engine.process_count(),
+        processes,
         participants: assembly.network.nodes.iter().map(|node| node.name.clone()).collect(),
     };
-    Server::start(directory.path(), about, stop.clone(), engine.gauge()).ok()
+    Server::start(directory.path(), about, stop.clone()).ok()
 }
 
 /// Publishes what is recorded, for readers from outside.

@@ -1,4 +1,4 @@
-//! Text on the terminal: how much room there is for it, and printing that survives a closed terminal.
+//! The terminal: whose it is, how much room there is on it, and printing that survives a closed one.
 
 #[macro_use]
 pub(crate) mod printing;
@@ -6,11 +6,25 @@ pub(crate) mod printing;
 pub(crate) use printing::plain;
 
 use std::io::IsTerminal;
+use std::os::fd::AsFd;
+
+use rustix::io::Errno;
+use rustix::process::getpgrp;
+use rustix::termios::tcgetpgrp;
 
 /// Columns of the terminal that stdout is; `None` if it is none, where lines may be as long as they are.
 pub(crate) fn columns() -> Option<usize> {
     let known = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
     std::io::stdout().is_terminal().then(known).flatten().filter(|columns| *columns > 0)
+}
+
+/// Whether a terminal is this process's to use: that of the foreground job, or one that has no jobs.
+pub(crate) fn is_ours(terminal: impl AsFd) -> bool {
+    match tcgetpgrp(terminal) {
+        Ok(group) => group == getpgrp(),
+        // Not the controlling terminal of this process, so that no shell gives it to others.
+        Err(error) => error == Errno::NOTTY,
+    }
 }
 
 /// Text in lines that are not longer than `columns`, as far as its words are not; what goes on is indented. Its own lines stay.

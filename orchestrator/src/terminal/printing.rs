@@ -4,9 +4,15 @@
 use std::borrow::Cow;
 use std::fmt::Arguments;
 use std::io::{self, Write};
+use std::time::Duration;
+
+use processes::console;
 
 /// 128 and the number of SIGPIPE, as a shell reports it of a program that does not ignore that signal.
 const READER_GONE: i32 = 141;
+
+/// How long stderr may take no byte at all before it counts as not read.
+const PATIENCE: Duration = Duration::from_millis(300);
 
 macro_rules! print {
     ($($text:tt)*) => { $crate::terminal::printing::print(format_args!($($text)*), "") };
@@ -29,6 +35,8 @@ macro_rules! draw {
 
 /// Prints what was asked for. When whoever reads it has gone, as `head` does, the program ends without a word, like any other.
 pub(crate) fn print(text: Arguments, end: &str) {
+    // What was said before it stands before it.
+    settle();
     let mut out = io::stdout().lock();
     let text = readable(&text.to_string()).into_owned();
     let printed = out.write_all(text.as_bytes()).and_then(|()| out.write_all(end.as_bytes()));
@@ -39,9 +47,12 @@ pub(crate) fn print(text: Arguments, end: &str) {
 
 /// Prints a message on stderr. If that is closed, nobody can be told, and nothing else changes.
 pub(crate) fn complain(text: Arguments) {
-    let mut out = io::stderr().lock();
-    let text = readable(&text.to_string()).into_owned();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n"));
+    console::say(format!("{}\n", readable(&text.to_string())).as_bytes());
+}
+
+/// Waits until all messages stand on stderr, unless nothing reads them.
+pub(crate) fn settle() {
+    console::flush(PATIENCE);
 }
 
 /// What [`draw!`] does.

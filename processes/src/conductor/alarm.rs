@@ -22,9 +22,13 @@ pub(super) struct Alarm {
 pub struct Interrupt(pub(super) Arc<Alarm>);
 
 impl Interrupt {
-    /// Makes the step in progress, or the next one, end with [`RunError::Interrupted`](crate::RunError::Interrupted) at once.
+    /// Makes the step in progress, or the next one, end with [`RunError::Interrupted`](crate::RunError::Interrupted) at once,
+    /// and every worker end at its next gate. Needs nothing of the thread that runs the conductor: a bridge halts its robot
+    /// even if that thread is busy.
     pub fn raise(&self) {
+        // First: who finds that a worker has ended finds out why, too.
         self.0.interrupted.store(true, SeqCst);
+        self.0.page.stop();
         self.0.page.ring();
     }
 }

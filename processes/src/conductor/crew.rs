@@ -17,6 +17,9 @@ use lockstep::Plan;
 /// How long a report may wait for the end of what a dead child has printed.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
+/// How long the workers of an interrupted run may take to end by themselves: all of it has to end within a second.
+const INTERRUPTED_GRACE: Duration = Duration::from_millis(400);
+
 /// How often to look whether a worker that is to end has done so.
 const DISMISSAL_LOOK: Duration = Duration::from_millis(10);
 
@@ -90,7 +93,7 @@ impl Crew {
         let Some(child) = &self.children[worker] else { return };
         while !self.alarm.is_dead(worker) {
             let rings = page.rings();
-            if !ask || start.elapsed() >= self.grace {
+            if !ask || start.elapsed() >= self.grace || self.alarm.is_interrupted() {
                 child.kill();
             }
             if !self.alarm.is_dead(worker) {
@@ -151,18 +154,20 @@ impl Drop for Crew {
         let page = &self.alarm.page;
         page.stop();
         self.children.iter().flatten().for_each(Child::resume);
+        let grace = if self.alarm.is_interrupted() { self.grace.min(INTERRUPTED_GRACE) } else { self.grace };
         let start = Instant::now();
         loop {
             let rings = page.rings();
             let all_ended = self.children.iter().flatten().all(|child| child.death().is_some());
-            let left = self.grace.saturating_sub(start.elapsed());
+            let left = grace.saturating_sub(start.elapsed());
             if all_ended || left.is_zero() {
                 break;
             }
             // Rung at every death.
             page.sleep(rings, left);
         }
-        // Kills who is still there, and reaps all.
+        // Kills those that are still there, all before it waits for any, and reaps all.
+        self.children.iter().flatten().for_each(Child::kill);
         self.children.clear();
         // Handles of the run may outlive its directory.
         page.use_events(None);

@@ -65,6 +65,12 @@ impl Conductor {
 
     /// Whether anything has happened that ends the run.
     pub(super) fn look_around(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
+        let found = self.search(step, phase);
+        // Asked after the search: an interrupted run ends its workers, which is no failure of theirs.
+        if self.crew.alarm.is_interrupted() { Err(RunError::Interrupted { step }) } else { found }
+    }
+
+    fn search(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
         let alarm = &self.crew.alarm;
         for worker in alarm.dead() {
             let Some(death) = self.crew.death(worker) else { continue };
@@ -76,19 +82,19 @@ impl Conductor {
         if alarm.page.report_count() > 0 {
             return Err(self.reported());
         }
-        if alarm.is_interrupted() {
-            return Err(RunError::Interrupted { step });
-        }
         Ok(())
     }
 
-    /// The workers whose fault it is that the run cannot go on: dead ones, those that have reported something, those that
-    /// are late. None if the run cannot be saved by replacing anybody.
+    /// The workers whose fault it is that the run cannot continue: dead ones, those that have reported something, those that
+    /// are late; before the first step, those that are not connected. None if the run cannot be saved by replacing a worker.
     pub fn casualties(&self, error: &RunError) -> Vec<usize> {
         let alarm = &self.crew.alarm;
         let step = alarm.page.completed();
         match error {
             RunError::Deadline { phase, step, .. } => self.absent(*phase, *step).collect(),
+            RunError::NotReady { .. } if !self.ready => {
+                (0..self.plan.workers.len()).filter(|&worker| !alarm.page.is_ready(worker)).collect()
+            }
             RunError::Died { .. } | RunError::Fault { .. } | RunError::Refused { .. } => {
                 let has_failed = |&worker: &usize| {
                     let died = || self.crew.death(worker).is_some() && !self.may_end(worker, step);
@@ -124,7 +130,10 @@ impl Conductor {
             }
             let phase = self.plan.phases.get(first.node).copied().unwrap_or(0);
             let is_silent = |worker| !alarm.is_dead(worker) && alarm.page.report(worker).is_none();
-            if start.elapsed() > OTHER_FAULTS || !self.absent(phase, first.step).any(is_silent) {
+            if start.elapsed() > OTHER_FAULTS
+                || alarm.is_interrupted()
+                || !self.absent(phase, first.step).any(is_silent)
+            {
                 let node = self.plan.network.nodes.get(first.node).map_or("a node", |node| &node.name);
                 return RunError::Fault { node: node.into(), step: first.step, message: first.message.clone() };
             }

@@ -9,11 +9,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use super::poll::Poll;
+use crate::console;
 
 /// How many lines are kept per child.
 const KEPT_LINES: usize = 20;
 /// Longer lines are cut into pieces of this many bytes.
 const LINE_BYTES: usize = 4096;
+/// So much is read at once.
+const READ_BYTES: usize = 64 << 10;
 
 /// Reads the pipes of all children in one thread.
 pub(super) struct Pump {
@@ -49,23 +52,27 @@ impl Feeds {
 }
 
 impl Pump {
-    /// Starts the thread. Lines are passed on to stderr if `forward`.
+    /// Starts the thread. Lines are passed on to stderr if `forward`; those for which stderr has no room are dropped.
     pub(super) fn start(forward: bool) -> io::Result<Self> {
         let feeds = Arc::new(Feeds::default());
         let shared = Arc::clone(&feeds);
-        let mut buffer = vec![0; 16 * 1024];
+        let mut buffer = vec![0; READ_BYTES];
         let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        if forward {
+            console::start();
+        }
         let poll = Poll::start("phalanx-pump", move |token| {
-            let fresh = shared.lock()[token].read(&mut buffer);
-            if let Some((name, lines)) = fresh
-                && forward
-            {
-                let mut stderr = io::stderr().lock();
-                // Nobody could be told that stderr is closed.
-                let name = if colour { in_colour(token, &name) } else { format!("[{name}]") };
-                lines.iter().for_each(|line| drop(writeln!(stderr, "{name} {line}")));
-            }
+            let mut list = shared.lock();
+            let feed = &mut list[token];
+            let fresh = feed.read(&mut buffer);
+            let name = if colour { in_colour(token, &feed.name) } else { format!("[{}]", feed.name) };
+            drop(list);
             shared.ended.notify_all();
+            if forward && console::has_room() {
+                console::forward(with_name(&name, &fresh));
+            } else if forward {
+                console::drop_lines(&fresh);
+            }
         })?;
         Ok(Self { feeds, poll, folder: None })
     }
@@ -108,48 +115,70 @@ impl Pump {
 }
 
 impl Feed {
-    /// Reads what is there; returns the lines that are complete now.
-    fn read(&mut self, buffer: &mut [u8]) -> Option<(String, Vec<String>)> {
-        let count = match self.pipe.as_mut()?.read(buffer) {
-            Ok(count) => count,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => return None,
-            Err(_) => 0,
+    /// Reads what is there; returns the lines that are complete now, each with its end.
+    fn read(&mut self, buffer: &mut [u8]) -> Vec<u8> {
+        let count = match self.pipe.as_mut().map(|pipe| pipe.read(buffer)) {
+            Some(Ok(count)) => count,
+            Some(Err(error)) if error.kind() == io::ErrorKind::Interrupted => return Vec::new(),
+            _ => 0,
         };
-        let mut fresh = Vec::new();
+        let mut lines = std::mem::take(&mut self.partial);
+        lines.extend_from_slice(&buffer[..count]);
         if count == 0 {
             self.pipe = None;
-            if !self.partial.is_empty() {
-                fresh.push(self.take_line());
+            if !lines.is_empty() {
+                lines.push(b'\n');
             }
         }
-        for &byte in &buffer[..count] {
-            if byte != b'\n' {
-                self.partial.push(byte);
-            }
-            if byte == b'\n' || self.partial.len() == LINE_BYTES {
-                fresh.push(self.take_line());
-            }
+        let end = lines.iter().rposition(|&byte| byte == b'\n').map_or(0, |place| place + 1);
+        self.partial = lines.split_off(end);
+        if self.partial.len() >= LINE_BYTES {
+            lines.append(&mut self.partial);
+            lines.push(b'\n');
         }
-        for line in &fresh {
-            if let Some(file) = &mut self.file
-                && writeln!(file, "{line}").is_err()
-            {
-                // A full disk ends the file, not the run.
-                self.file = None;
-            }
-            if self.lines.len() == KEPT_LINES {
-                self.lines.pop_front();
-            }
-            self.lines.push_back(line.clone());
-        }
-        Some((self.name.clone(), fresh))
+        self.keep(&lines);
+        lines
     }
 
-    fn take_line(&mut self) -> String {
-        let line = String::from_utf8_lossy(&self.partial).trim_end_matches('\r').to_string();
-        self.partial.clear();
-        line
+    /// Writes lines into the file, and keeps the last of them.
+    fn keep(&mut self, lines: &[u8]) {
+        if let Some(file) = &mut self.file
+            && file.write_all(lines).is_err()
+        {
+            // A full disk ends the file, not the run.
+            self.file = None;
+        }
+        let last: Vec<&[u8]> = pieces(lines).rev().take(KEPT_LINES).collect();
+        self.lines.extend(last.into_iter().rev().map(text));
+        let surplus = self.lines.len().saturating_sub(KEPT_LINES);
+        self.lines.drain(..surplus);
     }
+}
+
+/// Lines without their ends.
+fn pieces(lines: &[u8]) -> impl DoubleEndedIterator<Item = &[u8]> {
+    lines.strip_suffix(b"\n").into_iter().flat_map(|lines| lines.split(|&byte| byte == b'\n'))
+}
+
+/// A line as text; of one that is too long, the begin.
+fn text(line: &[u8]) -> String {
+    let line = line.strip_suffix(b"\r").unwrap_or(line);
+    String::from_utf8_lossy(&line[..line.len().min(LINE_BYTES)]).into_owned()
+}
+
+/// The lines with a name in front of each. Those that are too long are cut into pieces.
+fn with_name(name: &str, lines: &[u8]) -> Vec<u8> {
+    let mut named = Vec::with_capacity(2 * lines.len());
+    for line in pieces(lines) {
+        let parts = line.chunks(LINE_BYTES).chain(line.is_empty().then_some(line));
+        parts.for_each(|part| {
+            named.extend_from_slice(name.as_bytes());
+            named.push(b' ');
+            named.extend_from_slice(text(part).as_bytes());
+            named.push(b'\n');
+        });
+    }
+    named
 }
 
 /// Colours that are legible on dark and on bright ground, as numbers of the 256 that terminals know.
@@ -195,6 +224,22 @@ mod tests {
         let text = std::fs::read_to_string(folder.join("child.log")).unwrap();
         assert_eq!(text.lines().count(), 100, "the second process went on where the first had ended");
         std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn long_lines_are_cut_and_bytes_become_text() {
+        let named = String::from_utf8(with_name("[x]", b"one\r\n\n\xff\n")).unwrap();
+        assert_eq!(named, "[x] one\n[x] \n[x] \u{fffd}\n");
+        let long = [vec![b'y'; 2 * LINE_BYTES + 1], vec![b'\n']].concat();
+        assert_eq!(with_name("[x]", &long).split(|&byte| byte == b'\n').count(), 4);
+        assert!(with_name("[x]", b"").is_empty());
+        let pump = Pump::start(false).unwrap();
+        let (reader, mut writer) = io::pipe().unwrap();
+        pump.add(0, "child", reader).unwrap();
+        let sending = std::thread::spawn(move || writer.write_all(&vec![b'z'; 1 << 20]));
+        let lines = pump.last_lines(0, Duration::from_secs(10));
+        sending.join().unwrap().unwrap();
+        assert!(!lines.is_empty() && lines.iter().all(|line| line.len() <= LINE_BYTES));
     }
 
     #[test]

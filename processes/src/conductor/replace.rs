@@ -11,6 +11,7 @@ use rustix::io::Errno;
 
 use super::error::system;
 use super::{Conductor, Death, RunError};
+use crate::board::ChannelReader;
 use crate::worker::{Comeback, Orders};
 use lockstep::{ChannelId, Store};
 
@@ -79,10 +80,19 @@ impl Conductor {
         let cpu = self.arrangement.cores.get(worker).copied().or(cpu);
         self.crew.spawn(worker, command, cpu, self.directory.path(), Some(orders))?;
         drop(feed);
-        self.feed(worker, first..recorded, output, history)?;
-        self.await_return(worker)?;
+        let returned = self.feed(worker, first..recorded, output, history).and_then(|()| self.await_return(worker));
+        // Asked after that: an interrupted run ends its workers, which is no failure of theirs.
+        if self.crew.alarm.is_interrupted() {
+            return Err(RunError::Interrupted { step: self.next });
+        }
+        returned?;
         self.failed = false;
         Ok(Some(step))
+    }
+
+    /// How often `worker` may still be replaced.
+    pub fn replacements_left(&self, worker: usize) -> u32 {
+        (self.settings.replacements + 1).saturating_sub(self.crew.spawned(worker))
     }
 
     /// Creates the services of a new process and reads from them from now on: before its return, no step is complete that
@@ -94,7 +104,14 @@ impl Conductor {
                 continue;
             }
             let fresh = self.hub.create(network, node, incarnation, self.reader_counts[node])?.readers(|_| true)?;
-            self.readers.retain(|reader| fresh.iter().all(|fresh| fresh.channel != reader.channel));
+            let is_replaced = |reader: &mut ChannelReader| fresh.iter().any(|fresh| fresh.channel == reader.channel);
+            let former = self.readers.extract_if(.., is_replaced);
+            // A process that is not connected yet may be about to open the service that it found on the page.
+            if self.ready {
+                former.for_each(drop)
+            } else {
+                self.former.extend(former)
+            }
             self.readers.extend(fresh);
         }
         Ok(self.directory.protect()?)
@@ -187,6 +204,9 @@ struct Feed<'a> {
 impl Feed<'_> {
     /// Sends what has come together, without waiting for ever for a process that does not read.
     fn flush(&mut self) -> io::Result<()> {
+        if self.conductor.crew.alarm.is_interrupted() {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
         let mut sent = 0;
         let mut progress = Instant::now();
         while sent < self.bytes.len() {

@@ -19,8 +19,12 @@ pub(crate) const COMEBACK: &str = "PHALANX_COMEBACK";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Comeback {
-    /// It computes them anew on the recorded inputs, and must come to what was published, bit by bit.
-    Recompute,
+    /// It computes them anew on the recorded inputs. From the step `since` on, at which its program took over, it must come to
+    /// what was published, bit by bit; before that, another program played, and what that has published stays as it was.
+    Recompute {
+        /// The first step that its program has to answer for; 0 for the program that the run was started with.
+        since: u64,
+    },
     /// It computes them on the recorded inputs, to have a state; what it comes to may differ: it is another program.
     Adopt,
     /// It computes nothing, neither then nor later: the last samples stand, marked as [`Stale`](lockstep::Status::Stale).
@@ -157,7 +161,9 @@ impl CatchUp {
     pub(super) fn leave(&self, plan: &Plan, seat: &mut Seat, store: &mut Store, step: &Step) -> Result<(), Report> {
         for channel in outputs(seat) {
             for published in self.published.iter().filter(|published| published.channel == channel) {
-                if self.orders.comeback == Comeback::Recompute {
+                if let Comeback::Recompute { since } = self.orders.comeback
+                    && step.index >= since
+                {
                     published.check(plan, store, step.index)?;
                 }
                 // What others have read stays as it was, whatever another program computes.

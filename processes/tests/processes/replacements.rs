@@ -56,7 +56,8 @@ fn mend(conductor: &mut Conductor, memory: &mut Memory, mut error: RunError) -> 
         assert!(!casualties.is_empty(), "{error}");
         let mut failed = None;
         for worker in casualties {
-            let result = conductor.replace(worker, worker_command("chain"), None, Comeback::Recompute, memory);
+            let result =
+                conductor.replace(worker, worker_command("chain"), None, Comeback::Recompute { since: 0 }, memory);
             failed = result.err();
             replaced += 1;
         }
@@ -205,7 +206,8 @@ fn what_does_not_follow_from_its_inputs_cannot_come_back() {
         conductor.step().unwrap();
         memory.note(&conductor, step);
     }
-    let result = conductor.replace(10, worker_command("drift:10:20"), None, Comeback::Recompute, &mut memory);
+    let result =
+        conductor.replace(10, worker_command("drift:10:20"), None, Comeback::Recompute { since: 0 }, &mut memory);
     let message = result.unwrap_err().to_string();
     assert!(message.contains("it recomputes /controller_3 value[0] of step 20"), "{message}");
     conductor.finish().unwrap();

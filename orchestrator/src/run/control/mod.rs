@@ -1,22 +1,29 @@
 //! Holding, stepping and ending a run from outside its loop: from a signal, a key, or another terminal.
 
+mod client;
 mod keys;
+mod message;
 mod pace;
 mod server;
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use processes::Interrupt;
 
 use crate::run::swap::Swap;
 
+pub use client::Unanswered;
+pub(crate) use client::ask;
 pub(crate) use keys::Keys;
+pub(crate) use message::{Request, State, Status, WorkerStatus};
 pub use pace::Pacing;
 pub(crate) use pace::{Pace, Start};
-pub(crate) use server::{About, FOLDER_MARK, SOCKET, SWAP_PATIENCE, Server};
+pub(crate) use server::{About, Server};
+
+/// What becomes of a swap for which the run has no step left.
+const ENDED: &str = "the run ended before; nothing was changed";
 
 /// Ends, holds and steps a run from other threads.
 #[derive(Clone)]
@@ -36,19 +43,43 @@ struct Shared {
     turn: Mutex<Turn>,
     changed: Condvar,
     swaps: Mutex<VecDeque<SwapRequest>>,
+    /// Whether a swap is being carried out.
+    swapping: AtomicBool,
+    /// Whether the run has begun with its steps, and whether its log is closed.
+    underway: AtomicBool,
+    closed: AtomicBool,
 }
 
-/// Somebody wants a program of his own to play a participant from now on.
+/// What is done with the result of a swap: the step from which on the program plays, or why it does not.
+type Reply = Box<dyn FnOnce(Result<u64, String>) + Send>;
+
+/// Another program is to play a participant from now on. Dropped without an answer, it answers that the run has ended.
 pub(crate) struct SwapRequest {
     pub(crate) swap: Swap,
-    answer: SyncSender<Result<u64, String>>,
+    reply: Option<Reply>,
+    /// Set once it is being carried out.
+    shared: Option<Arc<Shared>>,
 }
 
 impl SwapRequest {
-    /// Tells from which step on the program plays, or why it does not.
-    pub(crate) fn answer(&self, answer: Result<u64, String>) {
-        // Whoever asked may have gone.
-        let _ = self.answer.try_send(answer);
+    /// Reports from which step on the program plays, or why it does not.
+    pub(crate) fn answer(mut self, result: Result<u64, String>) {
+        self.conclude(result);
+    }
+
+    fn conclude(&mut self, result: Result<u64, String>) {
+        if let Some(shared) = self.shared.take() {
+            shared.swapping.store(false, Ordering::SeqCst);
+        }
+        if let Some(reply) = self.reply.take() {
+            reply(result);
+        }
+    }
+}
+
+impl Drop for SwapRequest {
+    fn drop(&mut self) {
+        self.conclude(Err(ENDED.into()));
     }
 }
 
@@ -72,6 +103,9 @@ impl Stop {
             turn: Mutex::new(Turn::default()),
             changed: Condvar::new(),
             swaps: Mutex::new(VecDeque::new()),
+            swapping: AtomicBool::new(false),
+            underway: AtomicBool::new(false),
+            closed: AtomicBool::new(false),
         };
         Self { shared: Arc::new(shared) }
     }
@@ -108,6 +142,21 @@ impl Stop {
     /// Whether the end was requested.
     pub fn is_requested(&self) -> bool {
         self.shared.stopped.load(Ordering::SeqCst)
+    }
+
+    /// The run begins with its steps.
+    pub(crate) fn note_start(&self) {
+        self.shared.underway.store(true, Ordering::SeqCst);
+    }
+
+    /// The processes have ended, and the log is closed.
+    pub(crate) fn note_end(&self) {
+        self.shared.closed.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the process may end at any time: nothing is recorded yet, or all of it is in the closed log.
+    pub(crate) fn may_be_abandoned(&self) -> bool {
+        !self.shared.underway.load(Ordering::SeqCst) || self.shared.closed.load(Ordering::SeqCst)
     }
 
     /// Holds the run before its next step.
@@ -169,12 +218,15 @@ impl Stop {
         waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// Asks for a swap before the next step; the answer comes when it is done.
-    pub(crate) fn swap(&self, swap: Swap) -> Receiver<Result<u64, String>> {
-        let (answer, answered) = sync_channel(1);
-        self.swaps().push_back(SwapRequest { swap, answer });
+    /// Asks for a swap before the next step; `reply` gets its result, from whatever thread. A run whose end was requested
+    /// carries none out.
+    pub(crate) fn swap(&self, swap: Swap, reply: impl FnOnce(Result<u64, String>) + Send + 'static) {
+        let request = SwapRequest { swap, reply: Some(Box::new(reply)), shared: None };
+        if self.is_requested() {
+            return drop(request);
+        }
+        self.swaps().push_back(request);
         self.change(|turn| turn.swaps = true);
-        answered
     }
 
     /// The swap that is to be done next, if there is any.
@@ -182,9 +234,29 @@ impl Stop {
         if !self.shared.attention.load(Ordering::Relaxed) {
             return None;
         }
-        let next = self.swaps().pop_front();
+        if self.is_requested() {
+            self.refuse_swaps();
+            return None;
+        }
+        let mut next = self.swaps().pop_front();
         self.change(|turn| turn.swaps = !self.swaps().is_empty());
+        if let Some(request) = &mut next {
+            self.shared.swapping.store(true, Ordering::SeqCst);
+            request.shared = Some(self.shared.clone());
+        }
         next
+    }
+
+    /// Whether a swap is being carried out.
+    pub(crate) fn is_swapping(&self) -> bool {
+        self.shared.swapping.load(Ordering::SeqCst)
+    }
+
+    /// Answers all swaps that were asked for and not begun: the run has no step left for them.
+    pub(crate) fn refuse_swaps(&self) {
+        let pending = std::mem::take(&mut *self.swaps());
+        self.change(|turn| turn.swaps = false);
+        drop(pending);
     }
 
     fn swaps(&self) -> MutexGuard<'_, VecDeque<SwapRequest>> {
@@ -235,6 +307,30 @@ mod tests {
         stop.request();
         waiting.join().unwrap();
         assert!(stop.is_requested());
+    }
+
+    #[test]
+    fn a_swap_that_comes_too_late_is_refused() {
+        let (sender, results) = std::sync::mpsc::channel();
+        let stop = Stop::new();
+        let ask = |stop: &Stop| {
+            let sender = sender.clone();
+            let swap = Swap::parse("plant=./mine", &["plant"]).unwrap();
+            stop.swap(swap, move |result| sender.send(result).unwrap());
+        };
+        ask(&stop);
+        assert!(results.try_recv().is_err() && !stop.is_swapping());
+        let request = stop.next_swap().expect("a swap");
+        assert!(stop.is_swapping());
+        request.answer(Ok(7));
+        assert_eq!(results.try_recv(), Ok(Ok(7)));
+        assert!(!stop.is_swapping());
+        ask(&stop);
+        stop.request();
+        assert!(stop.next_swap().is_none());
+        assert_eq!(results.try_recv(), Ok(Err(ENDED.into())));
+        ask(&stop);
+        assert_eq!(results.try_recv(), Ok(Err(ENDED.into())));
     }
 
     #[test]

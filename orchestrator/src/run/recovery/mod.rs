@@ -24,6 +24,9 @@ use tail::{Past, Tail};
 const SHARED: &str = "it shares its process with others: nothing was changed";
 const ROBOT: &str = "it is a robot, which cannot be changed for another one while it drives: nothing was changed";
 const OVER: &str = "the run is at its end: nothing was changed";
+const WORN_OUT: &str = "it was replaced as often as this run has room for: nothing was changed";
+/// Processes that a swap takes at most: the new program, and its predecessor again.
+const STARTS_OF_A_SWAP: u32 = 2;
 
 /// Replaces participants of one run.
 pub(crate) struct Recovery {
@@ -31,8 +34,8 @@ pub(crate) struct Recovery {
     /// The log that is being written.
     log: PathBuf,
     tail: Tail,
-    /// How often each worker has failed.
-    failures: Vec<u32>,
+    /// What plays each worker.
+    tenures: Vec<Tenure>,
     events: Events,
     /// Programs that have taken a place, for the log.
     players: Vec<Player>,
@@ -40,11 +43,29 @@ pub(crate) struct Recovery {
     told: Vec<String>,
 }
 
+/// How the program came to its worker that plays it now.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tenure {
+    /// The first step that it has to answer for; before that, other programs played.
+    since: u64,
+    /// How often it has failed.
+    failures: u32,
+    /// Whether it plays no more: its last samples stand.
+    is_held: bool,
+}
+
+impl Tenure {
+    /// What a process does that continues what this one did.
+    fn comeback(self) -> Comeback {
+        if self.is_held { Comeback::Hold } else { Comeback::Recompute { since: self.since } }
+    }
+}
+
 impl Recovery {
     /// For a run that writes the log `log`.
     pub(crate) fn new(policy: FailurePolicy, log: PathBuf) -> Self {
-        let (failures, players, told) = (Vec::new(), Vec::new(), Vec::new());
-        Self { policy, log, tail: Tail::new(), failures, events: Events::default(), players, told }
+        let (tenures, players, told) = (Vec::new(), Vec::new(), Vec::new());
+        Self { policy, log, tail: Tail::new(), tenures, events: Events::default(), players, told }
     }
 
     /// Puts others in the place of those who have failed, as their policies say.
@@ -55,7 +76,10 @@ impl Recovery {
         let mut error = error;
         loop {
             let casualties = engine.casualties(&error);
-            let aborts = |&worker: &usize| self.policy_of(engine, worker) == OnFailure::Abort;
+            // Before the first step there is no sample that could stand.
+            let holds_nothing = |policy| policy == OnFailure::Hold && self.tail.is_empty();
+            let ends = |policy| policy == OnFailure::Abort || holds_nothing(policy);
+            let aborts = |&worker: &usize| ends(self.policy_of(engine, worker));
             if casualties.is_empty() || casualties.iter().any(aborts) {
                 return Err(error);
             }
@@ -73,7 +97,8 @@ impl Recovery {
     }
 
     /// Puts a program of the user in the place of a participant; returns the first step that it runs, or why nothing has
-    /// changed. If the program cannot take the place, the one before it is started again and computes all steps anew.
+    /// changed. If the program cannot take the place, the one before it is started again and computes the steps anew that it
+    /// has to answer for.
     ///
     /// # Errors
     /// The error that ends the run, if that one cannot take its place either.
@@ -88,10 +113,14 @@ impl Recovery {
         if engine.is_robot(worker) {
             return Ok(Err(ROBOT.into()));
         }
+        if engine.replacements_left(worker) < self.policy.restarts + STARTS_OF_A_SWAP {
+            return Ok(Err(WORN_OUT.into()));
+        }
         let player = Player::of(&swap, 0);
         let before = engine.take_on(&node, Some(swap));
         match self.replace(engine, recorder, worker, Comeback::Adopt) {
             Ok(Some(step)) => {
+                *self.tenure(worker) = Tenure { since: step, ..Tenure::default() };
                 self.players.extend(player.map(|player| Player { from_step: step, ..player }));
                 self.events.push(&node, format!("played by `{program}` from step {step} on"));
                 self.tell(format!("{node} is played by `{program}` from step {step} on"));
@@ -101,8 +130,9 @@ impl Recovery {
             Err(error @ RunError::Interrupted { .. }) => Err(error),
             Err(error) => {
                 engine.take_on(&node, before);
-                self.replace(engine, recorder, worker, Comeback::Recompute)?;
-                self.tell(format!("`{program}` cannot play {node}, who plays on as before: {error}"));
+                let comeback = self.tenure(worker).comeback();
+                self.replace(engine, recorder, worker, comeback)?;
+                self.tell(format!("`{program}` cannot play {node}, which plays on as before: {error}"));
                 Ok(Err(format!("{error}\n{node} plays on as before")))
             }
         }
@@ -131,18 +161,16 @@ impl Recovery {
         worker: usize,
         error: &RunError,
     ) -> Result<(), RunError> {
-        self.failures.resize(self.failures.len().max(worker + 1), 0);
-        let count = self.failures[worker];
+        let count = self.tenure(worker).failures;
         let name = engine.worker_name(worker);
         if count >= self.policy.restarts {
             let reason = format!("it was restarted {count} times already, and failed again: {error}");
             return Err(RunError::NotReplaced { worker: name, step: engine.steps_done(), reason });
         }
-        self.failures[worker] += 1;
-        let comeback = match self.policy_of(engine, worker) {
-            OnFailure::Hold => Comeback::Hold,
-            _ => Comeback::Recompute,
-        };
+        let is_held = self.policy_of(engine, worker) == OnFailure::Hold;
+        let tenure = self.tenure(worker);
+        (tenure.failures, tenure.is_held) = (count + 1, is_held);
+        let comeback = tenure.comeback();
         let start = Instant::now();
         let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
         let took = start.elapsed().as_secs_f64();
@@ -159,6 +187,13 @@ impl Recovery {
             ));
         }
         Ok(())
+    }
+
+    fn tenure(&mut self, worker: usize) -> &mut Tenure {
+        if self.tenures.len() <= worker {
+            self.tenures.resize(worker + 1, Tenure::default());
+        }
+        &mut self.tenures[worker]
     }
 
     fn replace(

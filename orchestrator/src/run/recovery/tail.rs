@@ -42,6 +42,11 @@ impl Tail {
         self.next = step + 1;
     }
 
+    /// Whether no step was done yet.
+    pub(super) fn is_empty(&self) -> bool {
+        self.next == 0
+    }
+
     /// The oldest step that is kept.
     fn first(&self) -> u64 {
         self.next.saturating_sub(KEPT)

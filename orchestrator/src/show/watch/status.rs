@@ -1,6 +1,6 @@
 //! What a run tells about itself through its control socket.
 
-use serde_json::Value;
+use crate::run::control::{Status, WorkerStatus};
 
 /// How a run goes, from two answers of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,40 +33,30 @@ pub(crate) struct Pulse {
 
 impl Pulse {
     /// From the answer before, if there was one, and the one now.
-    pub(crate) fn of(before: Option<&Value>, now: &Value) -> Self {
-        let text = |name: &str| now[name].as_str().unwrap_or_default().to_string();
-        let whole = |name: &str| now[name].as_u64().unwrap_or(0);
-        let number = |status: &Value, name: &str| status[name].as_f64().unwrap_or(0.0);
-        let gain = |name: &str| number(now, name) - before.map_or(0.0, |before| number(before, name));
-        let wall = gain("wall_s").max(1e-9);
-        let workers = |status: &Value| status["workers"].as_array().cloned().unwrap_or_default();
-        let old = before.map(workers).unwrap_or_default();
-        let share = |(index, worker): (usize, &Value)| {
-            let gain = |name: &str| number(worker, name) - old.get(index).map_or(0.0, |old| number(old, name));
-            (worker["name"].as_str().unwrap_or_default().to_string(), gain("last") / gain("runs").max(1.0))
+    pub(crate) fn of(before: Option<&Status>, now: &Status) -> Self {
+        let start = Status::default();
+        let before = before.unwrap_or(&start);
+        let wall = (now.wall_s - before.wall_s).max(1e-9);
+        let share = |(index, worker): (usize, &WorkerStatus)| {
+            let (last, runs) = before.workers.get(index).map_or((0, 0), |old| (old.last, old.runs));
+            let runs = worker.runs.saturating_sub(runs).max(1);
+            (worker.name.clone(), worker.last.saturating_sub(last) as f64 / runs as f64)
         };
-        let mut last: Vec<(String, f64)> = workers(now).iter().enumerate().map(share).collect();
+        let mut last: Vec<(String, f64)> = now.workers.iter().enumerate().map(share).collect();
         last.retain(|(_, share)| *share > 0.0);
         last.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let dt = number(now, "dt");
         Self {
-            run: text("run"),
-            title: format!("{} {}", text("scenario"), text("variant")).trim().to_string(),
-            steps: whole("steps"),
-            of: whole("of"),
-            time: number(now, "time"),
-            duration: whole("of").saturating_sub(1) as f64 * dt,
-            processes: whole("processes"),
-            paused: now["paused"].as_bool().unwrap_or(false),
-            rate: gain("steps") / wall,
-            speed: gain("time") / wall,
-            awaited: now["awaited"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(Value::as_str)
-                .map(String::from)
-                .collect(),
+            run: now.run.clone(),
+            title: format!("{} {}", now.scenario, now.variant).trim().to_string(),
+            steps: now.steps,
+            of: now.of,
+            time: now.time,
+            duration: now.of.saturating_sub(1) as f64 * now.dt,
+            processes: now.processes,
+            paused: now.paused,
+            rate: now.steps.saturating_sub(before.steps) as f64 / wall,
+            speed: (now.time - before.time) / wall,
+            awaited: now.awaited.clone(),
             last,
         }
     }
@@ -101,21 +91,24 @@ impl Pulse {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]
     fn speed_and_laggards_are_those_between_two_answers() {
-        let status = |steps: u64, wall: f64, last: [u64; 2]| {
-            json!({
-                "run": "uav-2", "scenario": "uav", "variant": "TSC", "steps": steps, "of": 8001, "dt": 0.01,
-                "time": steps as f64 * 0.01, "wall_s": wall, "processes": 15, "paused": false, "awaited": ["b"],
-                "workers": [
-                    { "name": "a", "runs": steps, "last": last[0] },
-                    { "name": "b", "runs": steps, "last": last[1] },
-                ],
-            })
+        let worker = |name: &str, runs, last| WorkerStatus { name: name.into(), runs, last, ..WorkerStatus::default() };
+        let status = |steps: u64, wall_s: f64, last: [u64; 2]| Status {
+            run: "uav-2".into(),
+            scenario: "uav".into(),
+            variant: "TSC".into(),
+            steps,
+            of: 8001,
+            dt: 0.01,
+            time: steps as f64 * 0.01,
+            wall_s,
+            processes: 15,
+            awaited: vec!["b".into()],
+            workers: vec![worker("a", steps, last[0]), worker("b", steps, last[1])],
+            ..Status::default()
         };
         let pulse = Pulse::of(Some(&status(1000, 1.0, [900, 100])), &status(3000, 2.0, [1000, 2000]));
         assert_eq!((pulse.rate, pulse.speed, pulse.duration), (2000.0, 20.0, 80.0));
