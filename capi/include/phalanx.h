@@ -2,22 +2,26 @@
  *
  *     phalanx_participant *participant = phalanx_open("controller");
  *     int position = phalanx_input(participant, "state", 0, "position", 3);
+ *     int velocity = phalanx_input(participant, "state", 0, "velocity", 3);
  *     int target = phalanx_input(participant, "reference", 0, "position", 3);
  *     int input = phalanx_output(participant, 0, "input", 3);
  *     while (phalanx_next(participant)) {
- *         const double *x = phalanx_read(participant, position), *r = phalanx_read(participant, target);
+ *         const double *x = phalanx_read(participant, position), *v = phalanx_read(participant, velocity);
+ *         const double *r = phalanx_read(participant, target);
  *         double *u = phalanx_write(participant, input);
- *         for (int j = 0; j < 3; ++j) u[j] = 0.5 * (r[j] - x[j]);
+ *         for (int j = 0; j < 3; ++j) u[j] = 25.0 * (r[j] - x[j]) - 5.0 * v[j];
  *         phalanx_done(participant);
  *     }
  *     return phalanx_close(participant);
  *
- * and then: phalanx run SCENARIO --swap controller.3=./my_controller
+ * and then: phalanx run triangle --swap controller.3=./my_controller
  *
  * Every function may be given NULL, and may be called at the wrong time: it then says so in phalanx_error and returns its
- * value for failure. After a failure phalanx_next returns 0, so a program without checks ends by itself, and
- * phalanx_close returns its exit code. The run is told why, in the words of phalanx_error, and names the participant and
- * the step. A participant is used from one thread only.
+ * value for failure. A failure to ask for a value or a signal ends the run at the next phalanx_next, phalanx_done or
+ * phalanx_close, unless phalanx_clear says that the program can do without; every other failure ends it at once. Then
+ * phalanx_next returns 0, so a program without checks ends by itself, and phalanx_close returns its exit code. The run
+ * reports the words of phalanx_error, and names the participant and the step. A participant is used from one thread only.
+ * Agents count from 1 everywhere; 0 is the participant's own.
  */
 #ifndef PHALANX_H
 #define PHALANX_H
@@ -30,7 +34,7 @@ extern "C" {
 #endif
 
 /* Version of this interface. A library with another number of its own cannot be used with this header. */
-#define PHALANX_ABI_VERSION 1
+#define PHALANX_ABI_VERSION 2
 
 /* A participant of a run: the place that this process has been given in it. */
 typedef struct phalanx_participant phalanx_participant;
@@ -43,9 +47,13 @@ uint32_t phalanx_abi_version(void);
  * To be called once. */
 phalanx_participant *phalanx_open(const char *role);
 
-/* Why the first function that failed did (those after it fail because of it); "" if none has. Valid until the next call for
- * the same participant. */
+/* Why the first function that failed did; "" if none has since the start or phalanx_clear. Valid until the next call for the
+ * same participant. */
 const char *phalanx_error(const phalanx_participant *participant);
+
+/* The program has dealt with phalanx_error: the run continues, and the next failure is the first again. Without effect once
+ * the run has ended. */
+void phalanx_clear(phalanx_participant *participant);
 
 /* Ends the participant; the pointer is not valid any more. Returns the exit code for main: 0 after the last step or if
  * the run was ended from outside, 1 after an error, 2 if this process was not started by a run. */
@@ -66,9 +74,11 @@ uint64_t phalanx_steps(const phalanx_participant *participant);
 
 /* ---- Values of the scenario, by dotted name: "controller.c_p", "agents.2.position.1" (lists count from 1). ---- */
 
-/* Whether the scenario as it is run, with variant and overrides, has a value of that name. */
+/* Whether the scenario as it is run, with variant, overrides and defaults, has a value of that name. */
 int phalanx_has(const phalanx_participant *participant, const char *name);
-/* A number; a boolean is 1 or 0. Fails with NaN if there is no such number. */
+/* A number as it is in force: a default if the file does not give it, the value of a formula of constants ("pi/2"), the share
+ * of agent 2 in what is given for all ("topology.b.2"), a link of the default ring ("topology.A.1.3"). A boolean is 1 or 0.
+ * Fails with NaN if there is no such number. */
 double phalanx_number(phalanx_participant *participant, const char *name);
 /* A text. Fails with NULL if there is no such text. Valid until phalanx_close. */
 const char *phalanx_text(phalanx_participant *participant, const char *name);
@@ -77,6 +87,24 @@ int phalanx_length(phalanx_participant *participant, const char *name);
 /* What a controller may know of the vehicle of an agent (from 1; 0 is the participant's own), under the name that formulas
  * use: "m", "R", "Jx", ... The nominal values, if the scenario gives such. Fails with NaN. */
 double phalanx_model(phalanx_participant *participant, int agent, const char *name);
+
+/* ---- The graph and the disturbance, as they are in force. Before and in steps; nothing is allocated. ---- */
+
+/* Weight of the static link over which agent i receives from agent j, topology.A; 0 if there is none. Fails with NaN. */
+double phalanx_weight(phalanx_participant *participant, int i, int j);
+/* The same while both are `distance` metres apart: where there is no static link, that of topology.proximity. */
+double phalanx_weight_at(phalanx_participant *participant, int i, int j, double distance);
+/* Weight of the link between an agent and the reference, topology.b. Fails with NaN. */
+double phalanx_b(phalanx_participant *participant, int agent);
+/* The agents from which an agent receives over static links: writes the first `capacity` of them to `agents`, ascending, and
+ * returns how many there are. `agents` may be NULL if `capacity` is 0. Fails with -1. */
+int phalanx_neighbours(phalanx_participant *participant, int agent, int *agents, int capacity);
+/* What [disturbance] adds where the input of an agent acts, at time t, coordinates x and velocities v; x, v and out have a
+ * number for each coordinate of its vehicle, and v may be NULL: zeros. Writes to `out` and returns how many numbers. Fails
+ * with 0. */
+int phalanx_disturbance(phalanx_participant *participant, int agent, double t, const double *x, const double *v, double *out);
+/* The same for what is added to the velocities of a vehicle of order 2. */
+int phalanx_mismatched(phalanx_participant *participant, int agent, double t, const double *x, const double *v, double *out);
 
 /* ---- Signals, by name. Before the first step. ---- */
 

@@ -3,16 +3,18 @@
 //     int main() {
 //         return phalanx::serve("controller", [](phalanx::Participant &me) {
 //             auto position = me.state<3>("position");
+//             auto velocity = me.state<3>("velocity");
 //             auto target = me.reference<3>("position");
 //             auto input = me.out<3>("input");
 //             while (me.next()) {
-//                 for (int j = 0; j < 3; ++j) input[j] = 0.5 * (target[j] - position[j]);
+//                 for (int j = 0; j < 3; ++j) input[j] = 25.0 * (target[j] - position[j]) - 5.0 * velocity[j];
 //                 me.done();
 //             }
 //         });
 //     }
 //
-// What fails throws phalanx::Error; serve catches it, and whatever else is thrown, and tells the run.
+// What fails throws phalanx::Error. A program that catches it goes on; serve catches the others, and whatever else is thrown,
+// and ends the run with it. Agents count from 1; 0 is the participant's own.
 #ifndef PHALANX_HPP
 #define PHALANX_HPP
 
@@ -22,6 +24,7 @@
 #include <exception>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "phalanx.h"
 
@@ -100,7 +103,7 @@ class Participant {
 
     // Whether the scenario has a value of that name, "controller.c_p".
     bool has(const std::string &name) const { return phalanx_has(handle_, name.c_str()) != 0; }
-    // A number of the scenario.
+    // A number of the scenario as it is in force: defaults and formulas of constants are resolved.
     double number(const std::string &name) const { return checked(phalanx_number(handle_, name.c_str())); }
     // A number of the scenario, or `otherwise` if it has none of that name.
     double number(const std::string &name, double otherwise) const { return has(name) ? number(name) : otherwise; }
@@ -111,6 +114,30 @@ class Participant {
     // A number of the nominal model of an agent's vehicle, "m".
     double model(const std::string &name, int agent = 0) const {
         return checked(phalanx_model(handle_, agent, name.c_str()));
+    }
+
+    // Weight of the static link over which agent i receives from agent j; 0 if there is none.
+    double weight(int i, int j) const { return checked(phalanx_weight(handle_, i, j)); }
+    // The same while both are `distance` metres apart: where there is no static link, that of topology.proximity.
+    double weight(int i, int j, double distance) const { return checked(phalanx_weight_at(handle_, i, j, distance)); }
+    // Weight of the link between an agent and the reference.
+    double b(int agent = 0) const { return checked(phalanx_b(handle_, agent)); }
+    // The agents from which an agent receives over static links, ascending.
+    std::vector<int> neighbours(int agent = 0) const {
+        std::vector<int> found(static_cast<std::size_t>(checked(phalanx_neighbours(handle_, agent, nullptr, 0))));
+        phalanx_neighbours(handle_, agent, found.data(), static_cast<int>(found.size()));
+        return found;
+    }
+    // What [disturbance] adds where the input of an agent acts, at time t, coordinates x and velocities v (nullptr: zeros).
+    // All have a number for each coordinate of its vehicle.
+    void disturbance(int agent, double t, const double *x, const double *v, double *out) const {
+        phalanx_disturbance(handle_, agent, t, x, v, out);
+        check();
+    }
+    // The same for what is added to the velocities of a vehicle of order 2.
+    void mismatched(int agent, double t, const double *x, const double *v, double *out) const {
+        phalanx_mismatched(handle_, agent, t, x, v, out);
+        check();
     }
 
     // A signal of the plant, of this step; `agent` counts from 1, 0 is the participant's own.
@@ -176,9 +203,12 @@ class Participant {
         check();
         return value;
     }
+    // Throws what went wrong; it is the caller's then, and the library forgets it.
     void check() const {
-        const char *error = phalanx_error(handle_);
-        if (*error != '\0') throw Error(error);
+        const std::string error = phalanx_error(handle_);
+        if (error.empty()) return;
+        phalanx_clear(handle_);
+        throw Error(error);
     }
 
     void check_version() const {
@@ -219,6 +249,7 @@ template <class Work> int serve(const char *role, Work work) {
             work(me);
         } catch (const Error &error) {
             std::fprintf(stderr, "%s\n", error.what());
+            phalanx_fail(me.handle(), error.what());
         } catch (const std::exception &exception) {
             phalanx_fail(me.handle(), exception.what());
         } catch (...) {

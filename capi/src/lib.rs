@@ -13,9 +13,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::{null, null_mut};
 
 use participant::Participant;
+use scenario::Part;
 
 /// The version of the interface; as in the header.
-const ABI_VERSION: u32 = 1;
+const ABI_VERSION: u32 = 2;
 
 type Shared<'a> = Option<&'a Participant>;
 type Mutable<'a> = Option<&'a mut Participant>;
@@ -32,6 +33,35 @@ fn attempt<R>(participant: Mutable, failure: R, work: impl FnOnce(&mut Participa
             failure
         }
     }
+}
+
+/// The same for what a program may go on without: what goes wrong is remembered, and ends the run at the next step unless the
+/// program clears it.
+fn ask<R>(participant: Mutable, failure: R, work: impl FnOnce(&mut Participant) -> Result<R, String>) -> R {
+    let Some(participant) = participant else { return failure };
+    match catch_unwind(AssertUnwindSafe(|| work(participant))) {
+        Ok(Ok(value)) => value,
+        Ok(Err(message)) => {
+            participant.note(&message);
+            failure
+        }
+        Err(_) => {
+            participant.fail("the library panicked; what it printed says where".into());
+            failure
+        }
+    }
+}
+
+/// Numbers of the caller.
+fn numbers<'a>(pointer: *const f64, length: usize) -> Option<&'a [f64]> {
+    // SAFETY: not NULL, so that there are `length` numbers that stay for the duration of the call, says the header.
+    (!pointer.is_null()).then(|| unsafe { std::slice::from_raw_parts(pointer, length) })
+}
+
+/// A place for numbers of the caller.
+fn room<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
+    // SAFETY: not NULL, so that there is room for `length` numbers that nothing else uses during the call, says the header.
+    (!pointer.is_null()).then(|| unsafe { std::slice::from_raw_parts_mut(pointer, length) })
 }
 
 /// A text of the caller.
@@ -58,6 +88,14 @@ extern "C" fn phalanx_open(role: *const c_char) -> Box<Participant> {
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_error(participant: Shared) -> *const c_char {
     participant.map_or(c"the participant is NULL".as_ptr(), |participant| participant.error().as_ptr())
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_clear(participant: Mutable) {
+    attempt(participant, (), |participant| {
+        participant.clear();
+        Ok(())
+    });
 }
 
 #[unsafe(no_mangle)]
@@ -102,22 +140,95 @@ extern "C" fn phalanx_has(participant: Shared, name: *const c_char) -> c_int {
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_number(participant: Mutable, name: *const c_char) -> f64 {
-    attempt(participant, f64::NAN, |participant| participant.number(text(name, "name of a number")?))
+    ask(participant, f64::NAN, |participant| participant.number(text(name, "name of a number")?))
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_text(participant: Mutable, name: *const c_char) -> *const c_char {
-    attempt(participant, null(), |participant| participant.text(text(name, "name of a text")?))
+    ask(participant, null(), |participant| participant.text(text(name, "name of a text")?))
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_length(participant: Mutable, name: *const c_char) -> c_int {
-    attempt(participant, -1, |participant| Ok(participant.length(text(name, "name of a list")?)? as c_int))
+    ask(participant, -1, |participant| Ok(participant.length(text(name, "name of a list")?)? as c_int))
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_model(participant: Mutable, agent: c_int, name: *const c_char) -> f64 {
-    attempt(participant, f64::NAN, |participant| participant.model(agent, text(name, "name of a model's number")?))
+    ask(participant, f64::NAN, |participant| participant.model(agent, text(name, "name of a model's number")?))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_weight(participant: Mutable, i: c_int, j: c_int) -> f64 {
+    ask(participant, f64::NAN, |participant| participant.weight(i, j))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_weight_at(participant: Mutable, i: c_int, j: c_int, distance: f64) -> f64 {
+    ask(participant, f64::NAN, |participant| participant.weight_at(i, j, distance))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_b(participant: Mutable, agent: c_int) -> f64 {
+    ask(participant, f64::NAN, |participant| participant.reference_weight(agent))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_neighbours(participant: Mutable, agent: c_int, agents: *mut c_int, capacity: c_int) -> c_int {
+    ask(participant, -1, |participant| {
+        let room = room(agents, usize::try_from(capacity).unwrap_or(0)).unwrap_or_default();
+        let mut places = room.iter_mut();
+        let mut count = 0;
+        for neighbour in participant.neighbours(agent)? {
+            if let Some(place) = places.next() {
+                *place = neighbour.get() as c_int;
+            }
+            count += 1;
+        }
+        Ok(count)
+    })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_disturbance(
+    participant: Mutable,
+    agent: c_int,
+    t: f64,
+    x: *const f64,
+    v: *const f64,
+    out: *mut f64,
+) -> c_int {
+    disturbance(participant, Part::Matched, agent, t, [x, v], out)
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_mismatched(
+    participant: Mutable,
+    agent: c_int,
+    t: f64,
+    x: *const f64,
+    v: *const f64,
+    out: *mut f64,
+) -> c_int {
+    disturbance(participant, Part::Mismatched, agent, t, [x, v], out)
+}
+
+fn disturbance(
+    participant: Mutable,
+    part: Part,
+    agent: c_int,
+    t: f64,
+    [x, v]: [*const f64; 2],
+    out: *mut f64,
+) -> c_int {
+    ask(participant, 0, |participant| {
+        let length = participant.coordinates(agent)?;
+        let x = numbers(x, length).ok_or("the coordinates are NULL")?;
+        let v = numbers(v, length).unwrap_or_default();
+        let out = room(out, length).ok_or("the place of the disturbance is NULL")?;
+        participant.disturbance(part, agent, t, [x, v], out)?;
+        Ok(length as c_int)
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -128,14 +239,14 @@ extern "C" fn phalanx_input(
     signal: *const c_char,
     length: c_int,
 ) -> c_int {
-    attempt(participant, -1, |participant| {
+    ask(participant, -1, |participant| {
         participant.input(text(channel, "channel")?, agent, text(signal, "signal")?, length)
     })
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_output(participant: Mutable, agent: c_int, signal: *const c_char, length: c_int) -> c_int {
-    attempt(participant, -1, |participant| participant.output(agent, text(signal, "signal")?, length))
+    ask(participant, -1, |participant| participant.output(agent, text(signal, "signal")?, length))
 }
 
 #[unsafe(no_mangle)]
@@ -165,7 +276,7 @@ extern "C" fn phalanx_write(participant: Mutable, output: c_int) -> *mut f64 {
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_done(participant: Mutable) -> c_int {
-    attempt(participant, 0, |participant| participant.done().map(|()| 1))
+    attempt(participant, 0, |participant| participant.done().map(c_int::from))
 }
 
 #[unsafe(no_mangle)]

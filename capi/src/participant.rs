@@ -3,8 +3,8 @@
 use std::ffi::{CStr, CString, c_int};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use formation::scenario::Scenario;
-use formation::wiring::{Role, Station, load_scenario};
+use formation::scenario::Graph;
+use formation::wiring::{Interface, Role, Station, load_scenario};
 use lockstep::Step;
 use processes::{Link, Worker};
 
@@ -18,7 +18,10 @@ pub(crate) struct Participant {
     pub(crate) place: Place,
     /// The step in progress, or the last one.
     pub(crate) step: Step,
-    pub(super) post: Option<Post>,
+    /// What it can ask for and bind; `None` outside a run.
+    pub(super) interface: Option<Interface>,
+    /// The graph, kept so that nothing is allocated when a step asks for it.
+    pub(super) graph: Option<Graph>,
     pub(super) stage: Stage,
     pub(super) ports: Vec<Port>,
     /// Texts that the caller has pointers to.
@@ -38,12 +41,6 @@ pub(crate) struct Place {
     pub(crate) steps: u64,
 }
 
-/// The scenario and the participant's node in it.
-pub(super) struct Post {
-    pub(super) scenario: Scenario,
-    pub(super) station: Station,
-}
-
 /// How far a participant is.
 pub(super) enum Stage {
     /// Signals can be bound.
@@ -60,7 +57,8 @@ impl Participant {
         Self {
             place: Place::default(),
             step: Step { index: 0, dt: 0.0 },
-            post: None,
+            interface: None,
+            graph: None,
             stage: Stage::Over,
             ports: Vec::new(),
             texts: Vec::new(),
@@ -74,7 +72,7 @@ impl Participant {
         // What the run has handed to this process can be taken over once only.
         static TAKEN: AtomicBool = AtomicBool::new(false);
         if TAKEN.swap(true, Ordering::Relaxed) {
-            return Self::nowhere("phalanx_open was called before; a process is one participant");
+            return Self::nowhere("this process is a participant already; it can be one only");
         }
         let worker = match Worker::join() {
             Ok(worker) => worker,
@@ -84,31 +82,57 @@ impl Participant {
             }
         };
         match role.and_then(|role| find_place(&worker, role)) {
-            Ok((place, post)) => Self {
+            Ok((place, interface)) => Self {
                 step: Step { index: 0, dt: place.dt },
                 place,
-                post: Some(post),
+                graph: Some(interface.graph()),
+                interface: Some(interface),
                 stage: Stage::Binding(Box::new(worker)),
                 error: CString::default(),
                 exit_code: 0,
                 ..Self::nowhere("")
             },
             Err(message) => {
-                let mut participant = Self { stage: Stage::Binding(Box::new(worker)), ..Self::nowhere("") };
+                let stage = Stage::Binding(Box::new(worker));
+                let mut participant = Self { stage, exit_code: 0, ..Self::nowhere("") };
                 participant.fail(message);
                 participant
             }
         }
     }
 
-    /// Why the first function that failed did; those after it fail because of it.
+    /// What failed first, until it is cleared.
     pub(crate) fn error(&self) -> &CStr {
         &self.error
     }
 
+    /// Remembers what failed. Unless the program clears it, the run ends with it at the next step.
+    pub(crate) fn note(&mut self, message: &str) {
+        if self.error.is_empty() {
+            self.error = c_text(message);
+        }
+    }
+
+    /// Forgets what failed, if the program can go on without it.
+    pub(crate) fn clear(&mut self) {
+        if self.exit_code == 0 {
+            self.error = CString::default();
+        }
+    }
+
+    /// Ends the run with what failed and was not cleared; whether that was so.
+    fn fail_with_what_is_noted(&mut self) -> bool {
+        if self.exit_code != 0 || self.error.is_empty() {
+            return false;
+        }
+        let message = self.error.to_string_lossy().into_owned();
+        self.fail(message);
+        true
+    }
+
     /// Ends the run with `message`. Of several failures only the first counts.
     pub(crate) fn fail(&mut self, message: String) {
-        if self.exit_code != 0 && !self.error.is_empty() {
+        if self.exit_code != 0 {
             return;
         }
         self.error = c_text(&message);
@@ -122,12 +146,16 @@ impl Participant {
 
     /// Leaves the run; returns the exit code for the program.
     pub(crate) fn close(&mut self) -> c_int {
+        self.fail_with_what_is_noted();
         self.stage = Stage::Over;
         self.exit_code
     }
 
     /// Waits for the next step; `false` if there is none.
     pub(crate) fn next(&mut self) -> Result<bool, String> {
+        if self.fail_with_what_is_noted() {
+            return Ok(false);
+        }
         if let Stage::Binding(_) = self.stage {
             self.connect()?;
         }
@@ -147,13 +175,16 @@ impl Participant {
         }
     }
 
-    /// Publishes the outputs.
-    pub(crate) fn done(&mut self) -> Result<(), String> {
+    /// Publishes the outputs; `false` if the run ends instead, with what failed before.
+    pub(crate) fn done(&mut self) -> Result<bool, String> {
+        if self.fail_with_what_is_noted() {
+            return Ok(false);
+        }
         let Stage::Running(link) = &mut self.stage else {
-            return Err("phalanx_done: no step is in progress; phalanx_next begins one".into());
+            return Err("done: no step is in progress".into());
         };
         let done = link.done();
-        done.map_err(|fault| self.told(fault.0))
+        done.map(|()| true).map_err(|fault| self.told(fault.0))
     }
 
     fn connect(&mut self) -> Result<(), String> {
@@ -168,11 +199,12 @@ impl Participant {
     fn told(&mut self, message: String) -> String {
         self.stage = Stage::Over;
         self.exit_code = 1;
+        self.error = c_text(&message);
         message
     }
 }
 
-fn find_place(worker: &Worker, role: &str) -> Result<(Place, Post), String> {
+fn find_place(worker: &Worker, role: &str) -> Result<(Place, Interface), String> {
     let role = role_of(role, Role::name, "role")?;
     let scenario = load_scenario()?;
     let [node] = worker.nodes() else {
@@ -180,13 +212,15 @@ fn find_place(worker: &Worker, role: &str) -> Result<(Place, Post), String> {
     };
     let plan = worker.plan();
     let station = Station::new(&scenario, plan, role, *node)?;
-    let agents = scenario.context.agents.len();
-    let agent = match station.agents[..] {
-        [agent] if station.node.name != role.name() => agent + 1,
-        _ => 0,
+    let interface = Interface::new(scenario, station, plan.dt, plan.steps);
+    let place = Place {
+        name: c_text(interface.name()),
+        agent: interface.agent().map_or(0, |agent| agent.get()),
+        agents: interface.agents().len(),
+        dt: plan.dt,
+        steps: plan.steps,
     };
-    let place = Place { name: c_text(&station.node.name), agent, agents, dt: plan.dt, steps: plan.steps };
-    Ok((place, Post { scenario, station }))
+    Ok((place, interface))
 }
 
 /// The role whose `property` is `word`.

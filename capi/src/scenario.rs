@@ -1,31 +1,35 @@
-//! What a participant asks about the scenario.
+//! What a participant asks about the scenario: numbers, texts, the graph, the disturbance.
 
 use std::ffi::{c_char, c_int};
 
-use formation::config::{Node, Value};
+use formation::scenario::{AgentNumber, Graph};
+use formation::wiring::{Interface, Refusal};
 
 use crate::participant::{Participant, c_text};
+
+/// Which part of the disturbance is meant.
+#[derive(Clone, Copy)]
+pub(crate) enum Part {
+    /// What is added where the input acts.
+    Matched,
+    /// What is added to the velocity.
+    Mismatched,
+}
 
 impl Participant {
     /// Whether the scenario has a value called `name`.
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.value(name).is_some()
+        self.interface.as_ref().is_some_and(|interface| interface.has(name))
     }
 
-    /// The number called `name`; a boolean is 1 or 0.
+    /// The number called `name` as it is in force; a boolean is 1 or 0.
     pub(crate) fn number(&self, name: &str) -> Result<f64, String> {
-        let node = self.required(name, "number")?;
-        let number = match node.value {
-            Value::Bool(value) => Some(f64::from(u8::from(value))),
-            _ => node.as_f64(),
-        };
-        number.ok_or_else(|| wrong_kind(name, "a number", node))
+        self.interface()?.number(name).map_err(words)
     }
 
     /// The text called `name`, to be kept as long as the participant.
     pub(crate) fn text(&mut self, name: &str) -> Result<*const c_char, String> {
-        let node = self.required(name, "text")?;
-        let text = c_text(node.as_str().ok_or_else(|| wrong_kind(name, "a text", node))?);
+        let text = c_text(self.interface()?.text(name).map_err(words)?);
         if let Some(known) = self.texts.iter().find(|known| **known == text) {
             return Ok(known.as_ptr());
         }
@@ -36,30 +40,81 @@ impl Participant {
 
     /// The number of elements of the list called `name`.
     pub(crate) fn length(&self, name: &str) -> Result<usize, String> {
-        let node = self.required(name, "list")?;
-        node.as_array().map(<[Node]>::len).ok_or_else(|| wrong_kind(name, "a list", node))
+        self.interface()?.length(name).map_err(words)
     }
 
     /// A number of the nominal model of an agent's vehicle.
     pub(crate) fn model(&self, agent: c_int, name: &str) -> Result<f64, String> {
+        self.interface()?.model(self.agent(agent)?, name).map_err(words)
+    }
+
+    /// Weight of the static link over which `i` receives from `j`.
+    pub(crate) fn weight(&self, i: c_int, j: c_int) -> Result<f64, String> {
+        let (i, j) = (self.agent(i)?, self.agent(j)?);
+        Ok(self.graph()?.weight(i, j))
+    }
+
+    /// The same if both are so many metres apart.
+    pub(crate) fn weight_at(&self, i: c_int, j: c_int, distance: f64) -> Result<f64, String> {
+        let (i, j) = (self.agent(i)?, self.agent(j)?);
+        Ok(self.graph()?.weight_at(i, j, distance))
+    }
+
+    /// Weight of the reference link of an agent.
+    pub(crate) fn reference_weight(&self, agent: c_int) -> Result<f64, String> {
         let agent = self.agent(agent)?;
-        let post = self.post.as_ref().ok_or("there is no scenario outside a run")?;
-        let number = post.scenario.context.agents[agent].nominal.parameter(name);
-        number.ok_or_else(|| format!("the model of agent {} has no number called `{name}`", agent + 1))
+        Ok(self.graph()?.b(agent))
     }
 
-    fn value(&self, name: &str) -> Option<&Node> {
-        // The empty name would be the whole scenario.
-        self.post.as_ref().filter(|_| !name.is_empty())?.scenario.section(name)
+    /// The agents that an agent receives from over static links.
+    pub(crate) fn neighbours(&self, agent: c_int) -> Result<impl Iterator<Item = AgentNumber>, String> {
+        let agent = self.agent(agent)?;
+        Ok(self.graph()?.neighbours(agent))
     }
 
-    fn required(&self, name: &str, what: &str) -> Result<&Node, String> {
-        self.value(name).ok_or_else(|| {
-            format!("the scenario has no {what} called `{name}`; whether a value is given, phalanx_has tells")
-        })
+    /// Number of coordinates of an agent's vehicle.
+    pub(crate) fn coordinates(&self, agent: c_int) -> Result<usize, String> {
+        let agent = self.agent(agent)?;
+        Ok(self.interface()?.context().agents[agent.index()].vehicle.coordinates())
+    }
+
+    /// Writes what disturbs an agent at time `t`, coordinates `x` and velocities `v`.
+    pub(crate) fn disturbance(
+        &self,
+        part: Part,
+        agent: c_int,
+        t: f64,
+        [x, v]: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Result<(), String> {
+        let agent = self.agent(agent)?;
+        let disturbance = &self.interface()?.context().disturbance[agent.index()];
+        match part {
+            Part::Matched => disturbance.matched_at(t, x, v, out),
+            Part::Mismatched => disturbance.mismatched_at(t, x, v, out),
+        }
+        Ok(())
+    }
+
+    /// The agent that the caller means; 0 is the participant's own.
+    pub(crate) fn agent(&self, number: c_int) -> Result<AgentNumber, String> {
+        let interface = self.interface()?;
+        match usize::try_from(number) {
+            Ok(0) => interface.agent().map_err(words),
+            Ok(number) => interface.agent_called(number).map_err(words),
+            Err(_) => Err(format!("there is no agent {number}; agents count from 1")),
+        }
+    }
+
+    fn graph(&self) -> Result<&Graph, String> {
+        self.graph.as_ref().ok_or_else(|| "there is no graph outside a run".into())
+    }
+
+    pub(crate) fn interface(&self) -> Result<&Interface, String> {
+        self.interface.as_ref().ok_or_else(|| "there is no scenario outside a run".into())
     }
 }
 
-fn wrong_kind(name: &str, expected: &str, found: &Node) -> String {
-    format!("`{name}` of the scenario is not {expected}, but {}", found.describe())
+fn words(refusal: Refusal) -> String {
+    refusal.0
 }

@@ -2,13 +2,10 @@
 
 use std::ffi::c_int;
 
-use formation::wiring::{Refusal, Role, Station};
-use lockstep::{Io, Slice, Timing};
+use formation::wiring::{Interface, Refusal, Role};
+use lockstep::{Io, Slice};
 
 use crate::participant::{Participant, Stage, role_of};
-
-/// What messages call the component of a program like this.
-const KIND: &str = "own program";
 
 /// A bound signal; its place in the list is its handle.
 #[derive(Clone, Copy)]
@@ -21,16 +18,15 @@ impl Participant {
     /// Binds an input; returns its handle.
     pub(crate) fn input(&mut self, channel: &str, agent: c_int, signal: &str, length: c_int) -> Result<c_int, String> {
         let role = role_of(channel, Role::channel, "channel")?;
-        let timing = if role == Role::Controller { Timing::Delayed } else { Timing::SameStep };
         let (agent, length) = (self.agent(agent)?, positive(signal, length)?);
-        let slice = self.binding()?.bind(KIND).slice(role, agent, signal, length, timing);
+        let slice = self.binding()?.input(role, agent, signal, length);
         Ok(self.keep(Port::Input(slice.map_err(|Refusal(reason)| reason)?)))
     }
 
     /// Binds an output; returns its handle.
     pub(crate) fn output(&mut self, agent: c_int, signal: &str, length: c_int) -> Result<c_int, String> {
         let (agent, length) = (self.agent(agent)?, positive(signal, length)?);
-        let slice = self.binding()?.bind(KIND).slice_out(agent, signal, length);
+        let slice = self.binding()?.output(agent, signal, length);
         Ok(self.keep(Port::Output(slice.map_err(|Refusal(reason)| reason)?)))
     }
 
@@ -38,8 +34,8 @@ impl Participant {
     pub(crate) fn read(&mut self, handle: c_int) -> Result<*const f64, String> {
         match (self.port(handle)?, self.io()) {
             (Port::Input(slice), Some(io)) => Ok(io.input_pointer(slice)),
-            (Port::Output(_), _) => Err(format!("phalanx_read: {handle} is an output, not an input")),
-            (_, None) => Err("phalanx_read: no step is in progress; phalanx_next begins one".into()),
+            (Port::Output(_), _) => Err(format!("read: {handle} is an output, not an input")),
+            (_, None) => Err("read: no step is in progress".into()),
         }
     }
 
@@ -47,8 +43,8 @@ impl Participant {
     pub(crate) fn write(&mut self, handle: c_int) -> Result<*mut f64, String> {
         match (self.port(handle)?, self.io()) {
             (Port::Output(slice), Some(mut io)) => Ok(io.output_pointer(slice)),
-            (Port::Input(_), _) => Err(format!("phalanx_write: {handle} is an input, not an output")),
-            (_, None) => Err("phalanx_write: no step is in progress; phalanx_next begins one".into()),
+            (Port::Input(_), _) => Err(format!("write: {handle} is an input, not an output")),
+            (_, None) => Err("write: no step is in progress".into()),
         }
     }
 
@@ -73,7 +69,7 @@ impl Participant {
     fn port(&self, handle: c_int) -> Result<Port, String> {
         let port = usize::try_from(handle).ok().and_then(|place| self.ports.get(place));
         port.copied().ok_or_else(|| {
-            format!("{handle} is no handle of a signal; phalanx_input and phalanx_output give such handles")
+            format!("{handle} is no handle of a signal; binding an input or an output returns such handles")
         })
     }
 
@@ -82,24 +78,12 @@ impl Participant {
         self.ports.len() as c_int - 1
     }
 
-    /// The place to bind signals at, as long as that is possible.
-    fn binding(&self) -> Result<&Station, String> {
-        match (&self.stage, &self.post) {
-            (Stage::Binding(_), Some(post)) => Ok(&post.station),
-            (Stage::Running(_), _) => Err("signals can be bound before the first phalanx_next only".into()),
+    /// The interface to bind signals of, as long as that is possible.
+    fn binding(&self) -> Result<&Interface, String> {
+        match (&self.stage, &self.interface) {
+            (Stage::Binding(_), Some(interface)) => Ok(interface),
+            (Stage::Running(_), _) => Err("signals can be bound before the first step only".into()),
             _ => Err("signals can be bound in a run only".into()),
-        }
-    }
-
-    /// The agent (from 0) that the caller means.
-    pub(super) fn agent(&self, number: c_int) -> Result<usize, String> {
-        match usize::try_from(number) {
-            Ok(0) if self.place.agent == 0 => {
-                Err("this participant serves all agents; name one, counting from 1".into())
-            }
-            Ok(0) => Ok(self.place.agent - 1),
-            Ok(number) if number <= self.place.agents => Ok(number - 1),
-            _ => Err(format!("there is no agent {number}; the scenario has {}, counted from 1", self.place.agents)),
         }
     }
 }

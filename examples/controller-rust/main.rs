@@ -5,7 +5,7 @@
 //!
 //! The log is, byte for byte, that of the built-in controller `hierarchical_uav`, of which this is the variant `TSC`.
 
-use formation::wiring::{Refusal, Role, load_scenario, participant};
+use formation::wiring::{Refusal, Role, participant};
 use lockstep::{Fault, In, Io, Out, Participant, Step};
 use processes::serve;
 
@@ -116,14 +116,9 @@ impl Participant for Controller {
 }
 
 fn main() -> std::process::ExitCode {
-    serve(participant(Role::Controller, |context, agent, bind| {
-        let scenario = load_scenario().map_err(Refusal)?;
-        let gain = |name: &str| {
-            let path = format!("controller.{name}");
-            let number = scenario.section(&path).and_then(|node| node.as_f64());
-            number.ok_or_else(|| Refusal(format!("the scenario has no number called `{path}`")))
-        };
-        let vehicle = context.agents[agent].nominal.quadcopter();
+    serve(participant(Role::Controller, |me| {
+        let gain = |name: &str| me.number(&format!("controller.{name}"));
+        let vehicle = me.context().agents[me.agent()?.index()].nominal.quadcopter();
         let vehicle = vehicle.ok_or_else(|| Refusal("this controller flies quadcopters".into()))?;
         let hold = gain("n_diff")? as u64;
         Ok(Controller {
@@ -140,21 +135,17 @@ fn main() -> std::process::ExitCode {
             yaw: gain("psi_d")?,
             first: HeldSlope::new(hold, gain("xi1_max")?, 1),
             second: HeldSlope::new(hold, gain("xi2_max")?, 2),
-            coordinates: bind.state(agent, "position")?,
-            velocities: bind.state(agent, "velocity")?,
-            reference: [
-                bind.reference(agent, "position")?,
-                bind.reference(agent, "velocity")?,
-                bind.reference(agent, "acceleration")?,
-            ],
-            disturbance: bind.estimate(agent, "disturbance")?,
-            input: bind.out(agent, "input")?,
+            coordinates: me.state("position")?,
+            velocities: me.state("velocity")?,
+            reference: [me.reference("position")?, me.reference("velocity")?, me.reference("acceleration")?],
+            disturbance: me.estimate("disturbance")?,
+            input: me.out("input")?,
             others: [
-                bind.out(agent, "attitude_reference")?,
-                bind.out(agent, "xi1")?,
-                bind.out(agent, "xi2")?,
-                bind.out(agent, "sliding_position")?,
-                bind.out(agent, "sliding_attitude")?,
+                me.out("attitude_reference")?,
+                me.out("xi1")?,
+                me.out("xi2")?,
+                me.out("sliding_position")?,
+                me.out("sliding_attitude")?,
             ],
         })
     }))

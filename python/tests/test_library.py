@@ -40,7 +40,7 @@ def test_another_library_is_refused(monkeypatch) -> None:
 
 def test_another_version_of_the_interface_is_refused(monkeypatch) -> None:
     monkeypatch.setattr(_library, "ABI_VERSION", 99)
-    with pytest.raises(phalanx.PhalanxError, match="version 1 of the interface, this package needs 99"):
+    with pytest.raises(phalanx.PhalanxError, match="version 2 of the interface, this package needs 99"):
         fresh_library()
 
 

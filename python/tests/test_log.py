@@ -112,8 +112,9 @@ def test_errors_of_the_program_are_exceptions(tmp_path, monkeypatch):
     assert caught.value.code == 2
     with pytest.raises(phalanx.ScenarioError, match="unknown field"):
         phalanx.run("uav", controller__c_x=3)
-    with pytest.raises(phalanx.RunError, match="controller_3") as caught:
-        phalanx.run("uav", duration=1, out=tmp_path / "dead.mcap", swap={"controller.3": "false"})
+    dead = phalanx.run("uav", duration=1, out=tmp_path / "dead.mcap", swap={"controller.3": "false"})
+    assert not dead.ok and dead.ending == "failed" and not dead.log and dead.metrics == {}
+    assert "controller_3" in dead.faults[-1].text
     monkeypatch.setenv("PHALANX", "no-such-program")
     with pytest.raises(phalanx.ProgramError, match="no-such-program"):
         phalanx.run("uav")

@@ -47,11 +47,13 @@ def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, varia
 
 
 @pytest.mark.parametrize("page", ["python/README.md", "docs/adding-a-controller.md"])
-def test_the_controllers_of_the_documentation_fly(swapped, page: str) -> None:
+def test_the_controllers_of_the_documentation_fly(run, tmp_path: Path, page: str) -> None:
     shown = (REPOSITORY / page).read_text().split("```python\n")[1:]
     assert len(shown) == 1
-    done = swapped(shown[0].split("```")[0])
-    assert done.has_flown, done.stderr
+    script = tmp_path / "my_controller.py"
+    script.write_text(shown[0].split("```")[0])
+    done = run("run", "triangle", "-q", "--swap", f"controller.3='{sys.executable}' '{script}'")
+    assert done.code == 0, done.stdout + done.stderr
 
 
 def test_a_participant_knows_where_it_is_and_its_views_outlive_it(swapped) -> None:
@@ -92,6 +94,63 @@ def test_who_serves_all_agents_names_one(swapped) -> None:
     assert done.code == 3 and "serves all agents; name one" in done.stderr, done.stderr
 
 
+# A controller that asks for what there is and what there is not, and flies on.
+ASKING = """
+import sys
+import numpy as np
+import phalanx
+
+def say(*words):
+    print(*words, file=sys.stderr, flush=True)
+
+with phalanx.Participant() as me:
+    say("graph", me.weight(1, 3), me.weight(1, 2), me.b(2), me.neighbours(), me.neighbours(1))
+    say("numbers", me.number("agents.2.position.3"), me.number("topology.A.1.3"), me.number("topology.b.1"), me.number("agents.1.m"))
+    say("disturbance", me.disturbance(2, np.pi / 2, np.zeros(3)).tolist(), me.mismatched(2, 1.0, [0, 0, 0]).tolist())
+    command = me.output("input", 3)
+    for attempt in (
+        lambda: me.number("controller.k_q"),
+        lambda: me.state("positon", 3),
+        lambda: me.weight(1, 7),
+        lambda: me.text("timing.dt"),
+        lambda: me.length("timing.dt"),
+        lambda: me.output("inptu", 3),
+        lambda: command.value,
+    ):
+        try:
+            attempt()
+        except phalanx.PhalanxError as error:
+            assert "phalanx_" not in str(error), error
+            say("caught", error)
+    own, speed, target = me.state("position", 3), me.state("velocity", 3), me.reference("position", 3)
+    for step in me:
+        command.value = 4 * (target.value - own.value) - 4 * speed.value
+        try:
+            me.number("controller.k_q")
+        except phalanx.PhalanxError:
+            pass
+"""
+
+
+def test_what_is_caught_stays_caught(run, tmp_path: Path) -> None:
+    script = tmp_path / "asking.py"
+    script.write_text(ASKING)
+    swap = f"controller.2='{sys.executable}' '{script}'"
+    done = run("run", "triangle", "--duration", "1", "-q", "--set", "assert=[]", "--swap", swap)
+    assert done.code == 0, done.stderr
+    for line in (
+        "graph 1.0 0.0 1.0 [1] [3]",
+        "numbers 1.5707963267948966 1.0 1.0 1.0",
+        "disturbance [0.1, 6.123233995736766e-18, 0.0] [0.0, 0.0, 0.0]",
+        "caught the scenario has no number called `controller.k_q`; did you mean `controller.k_v`?",
+        "caught there is no agent 7; the scenario has 3, counted from 1",
+        "caught `timing.dt` of the scenario is not a text, but the number 0.01",
+        "it declares input (3), error (3)",
+        "caught `input`.value is there within a step only, in `for step in participant:`",
+    ):
+        assert line in done.stderr, done.stderr
+
+
 START = """
 import phalanx
 with phalanx.Participant() as me:
@@ -112,7 +171,7 @@ MISTAKES = {
     "number": (START + "    me.number('controller.c_q')", ["controller.c_q"]),
     "model": (START + "    me.model('mass')", ["mass"]),
     "role": ("import phalanx\nphalanx.Participant('observer')", ["controller_3", "observer"]),
-    "early": (START + "    position.value", ["step"]),
+    "early": (START + "    position.value", ["`position`.value is there within a step only"]),
     "late": (START + LOOP + "            me.state('velocity', 6)", ["step"]),
     "fail": (START + LOOP + "            me.fail('the target is out of reach')", ["the target is out of reach", "step 7"]),
     "nan": (START + LOOP + "            command.value[2] = float('nan')", ["input[2] is NaN", "step 7"]),

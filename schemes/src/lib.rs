@@ -31,7 +31,7 @@ macro_rules! shipped {
     };
 }
 
-/// The scenarios of the thesis, in order of its chapters.
+/// The scenarios of the thesis, in order of its chapters, and behind them those of the documentation.
 pub const SCENARIOS: &[Shipped] = shipped![
     "dsm-ftdo",
     "dsm-cnn",
@@ -42,5 +42,6 @@ pub const SCENARIOS: &[Shipped] = shipped![
     "compensated-experiment",
     "lp-regulation",
     "uav",
-    "mixed"
+    "mixed",
+    "triangle"
 ];

@@ -5,6 +5,7 @@ mod endurance;
 mod engine;
 mod faults;
 mod hardware;
+mod interface;
 mod jobs;
 mod keys;
 mod limits;

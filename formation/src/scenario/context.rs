@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
-use super::{Agent, Obstacles, Proximity, Timing};
+use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, read};
 use crate::formula::Formula;
 use crate::math::Topology;
@@ -40,15 +40,6 @@ pub struct Context {
     pub disturbance: Vec<Disturbance>,
     /// What the agents must not run into, if there is anything.
     pub obstacles: Option<Obstacles>,
-}
-
-/// The disturbance of an agent: formulas over the slots t, coordinates, velocities.
-#[derive(Clone, Debug, Default)]
-pub struct Disturbance {
-    /// Added where the input acts: to the acceleration, or to the velocity of a vehicle of order 1. Empty if there is none.
-    pub matched: Vec<Formula>,
-    /// Added to the velocity of a vehicle of order 2. Empty if there is none.
-    pub mismatched: Vec<Formula>,
 }
 
 /// `[topology]`: who receives from whom.

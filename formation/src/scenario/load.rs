@@ -1,6 +1,7 @@
 //! Reading a scenario file.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use lockstep::Timing;
@@ -46,6 +47,8 @@ pub struct Scenario {
     pub on_failure: FailurePolicy,
     /// Participants that something else plays, `plant_2`, and what that is, as for `--swap`.
     pub swaps: Vec<(String, String)>,
+    /// The folder of its file, which paths in `[swap]` start from; `None` if it is no file, or its folder is not known.
+    pub folder: Option<PathBuf>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
     /// Ranges of fields, which stop the run if they are left.
@@ -180,6 +183,7 @@ impl Scenario {
             on_failure: FailurePolicy::read(&root, problems),
             edges,
             swaps,
+            folder: None,
             ranges,
             metrics,
             expectations,
@@ -190,6 +194,16 @@ impl Scenario {
     /// A section of the effective scenario.
     pub fn section(&self, name: &str) -> Option<&Node> {
         self.root.at(name)
+    }
+
+    /// The names of all values that are no tables, each once.
+    pub(super) fn leaf_names(&self) -> Vec<String> {
+        self.root.leaf_names()
+    }
+
+    /// The dotted paths of all values of this name that are no tables.
+    pub(super) fn paths_of(&self, name: &str) -> Vec<String> {
+        self.root.find_leaf(name)
     }
 
     /// The section that describes the component of a role. An observer of the kind `none` is no observer: so a variant drops
@@ -203,6 +217,20 @@ impl Scenario {
     /// The effective scenario as TOML: the variant and all overrides applied. Loading it again gives this scenario.
     pub fn to_toml(&self) -> String {
         self.root.to_toml()
+    }
+
+    /// The same with these values in the sections of roles, as far as the file does not give them.
+    pub(crate) fn with_defaults(&self, defaults: impl IntoIterator<Item = (Role, Vec<(String, Value)>)>) -> String {
+        let mut root = self.root.clone();
+        for (role, values) in defaults {
+            let Some(section) = root.at_mut(role.name()).and_then(Node::as_table_mut) else { continue };
+            for (name, value) in values {
+                if section.get(&name).is_none() {
+                    section.insert(name, Node::from_override(value, "default"));
+                }
+            }
+        }
+        root.to_toml()
     }
 
     /// The same without `[placement]`, `[on_failure]` and `[swap]`, which say who computes and how that is carried out, and

@@ -3,13 +3,17 @@
 //! [`Scenario::load`] reads a file, overlays a variant and the overrides of the command line, and checks everything that does
 //! not depend on a component. [`Assembly`](crate::wiring::Assembly) then reads the components and connects them.
 
+mod agent_number;
 mod agents;
 mod context;
 mod coordinates;
+mod disturbance;
 mod expectation;
 mod failure;
 mod formulas;
+mod graph;
 mod load;
+mod lookup;
 mod obstacles;
 mod overrides;
 mod proximity;
@@ -18,11 +22,15 @@ mod schema;
 mod timing;
 mod wishes;
 
+pub use agent_number::AgentNumber;
 pub use agents::Agent;
-pub use context::{Context, Disturbance};
+pub use context::Context;
+pub use disturbance::Disturbance;
 pub use expectation::Expectation;
 pub use failure::{FailurePolicy, MOST_RESTARTS, OnFailure};
+pub use graph::Graph;
 pub use load::{SECTIONS, Scenario, Selection};
+pub use lookup::LookupError;
 pub use obstacles::{Boundary, Obstacles};
 pub use proximity::{AdjacencyRow, Proximity};
 pub use ranges::FieldRange;

@@ -97,7 +97,7 @@ pub struct Assembly {
     /// Role and agents of every node of the network.
     pub nodes: Vec<NodeRole>,
     signals: Signals,
-    components: Vec<(Role, String, Box<dyn Component>)>,
+    components: Vec<(Role, &'static Kind, Box<dyn Component>)>,
 }
 
 impl Assembly {
@@ -124,7 +124,10 @@ impl Assembly {
         if problems.is_empty() { Self::of(scenario, components) } else { Err(problems.into_vec()) }
     }
 
-    fn of(scenario: Scenario, components: Vec<(Role, String, Box<dyn Component>)>) -> Result<Self, Vec<Problem>> {
+    fn of(
+        scenario: Scenario,
+        components: Vec<(Role, &'static Kind, Box<dyn Component>)>,
+    ) -> Result<Self, Vec<Problem>> {
         let signals = declare(&scenario, &components);
         let nodes = node_roles(&scenario, &components);
         let mut assembly = Self {
@@ -141,6 +144,12 @@ impl Assembly {
     /// Builds the participants of these nodes, in this order.
     pub fn participants(&self, nodes: &[usize]) -> Result<Vec<Box<dyn Participant>>, Vec<Problem>> {
         nodes.iter().map(|&node| self.build(node).map(|(_, participant)| participant)).collect()
+    }
+
+    /// The effective scenario with the defaults of all parameters of its components, for the processes of a run.
+    pub fn to_toml(&self) -> String {
+        let defaults = self.components.iter().map(|(role, kind, _)| (*role, kind.defaults()));
+        self.scenario.with_defaults(defaults)
     }
 
     fn connect(&mut self) -> Result<(), Vec<Problem>> {
@@ -170,7 +179,7 @@ impl Assembly {
             .iter()
             .find(|(found, ..)| found == role)
             .ok_or_else(|| vec![self.scenario.problem(role.name(), format!("this scenario has no {role}"))])?;
-        let mut bind = Bind::new(&self.signals, *role, kind, agents);
+        let mut bind = Bind::new(&self.signals, *role, kind.name, agents);
         let participant = component
             .build(&self.scenario.context, agents, &mut bind)
             .map_err(|refusal| vec![self.scenario.problem(role.name(), refusal.to_string())])?;
@@ -198,7 +207,7 @@ fn read_components(
     scenario: &Scenario,
     roles: &Roles,
     problems: &mut Problems,
-) -> Vec<(Role, String, Box<dyn Component>)> {
+) -> Vec<(Role, &'static Kind, Box<dyn Component>)> {
     let mut components = Vec::new();
     for role in Role::ALL {
         if scenario.component(role).is_none() {
@@ -218,7 +227,7 @@ pub(super) fn read_component(
     role: Role,
     kinds: &'static [Kind],
     problems: &mut Problems,
-) -> Option<(Role, String, Box<dyn Component>)> {
+) -> Option<(Role, &'static Kind, Box<dyn Component>)> {
     let (kind, parameters) = split_kind(scenario.section(role.name())?, role, kinds, problems)?;
     let component = (kind.read)(&parameters, role.name(), problems)?;
     for (field, message) in component.check(&scenario.context).findings {
@@ -228,7 +237,7 @@ pub(super) fn read_component(
         };
         problems.push(scenario.problem(&path, message));
     }
-    Some((role, kind.name.to_string(), component))
+    Some((role, kind, component))
 }
 
 /// The component that a section names, and the section without the keys that are not its parameters.
@@ -264,7 +273,7 @@ fn split_kind(
     }
 }
 
-fn declare(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)]) -> Signals {
+fn declare(scenario: &Scenario, components: &[(Role, &'static Kind, Box<dyn Component>)]) -> Signals {
     let mut signals = Signals::default();
     for (role, _, component) in components {
         for agent in 0..scenario.context.agents.len() {
@@ -279,7 +288,7 @@ fn declare(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)
     signals
 }
 
-fn node_roles(scenario: &Scenario, components: &[(Role, String, Box<dyn Component>)]) -> Vec<NodeRole> {
+fn node_roles(scenario: &Scenario, components: &[(Role, &'static Kind, Box<dyn Component>)]) -> Vec<NodeRole> {
     let agents: Vec<usize> = (0..scenario.context.agents.len()).collect();
     let mut nodes = Vec::new();
     for &(role, ..) in components {

@@ -148,8 +148,20 @@ impl<'a> Bind<'a> {
             Some((port, self.offset(channel, name, length)?))
         });
         place.ok_or_else(|| {
-            Refusal(format!("{} `{}` does not declare the output `{name}` ({length})", self.role, self.component))
+            let what = format!("{} `{}` does not declare the output `{name}` ({length})", self.role, self.component);
+            Refusal(format!("{what}{}", self.outputs_of(agent)))
         })
+    }
+
+    /// The outputs that may be written for an agent, in words.
+    fn outputs_of(&self, agent: usize) -> String {
+        let own = self.signals.find(self.role, agent).filter(|channel| self.outputs.contains(channel));
+        match own {
+            Some(channel) => {
+                format!(" of agent {}; it declares {}", agent + 1, offered(self.signals.layout(channel)))
+            }
+            None => format!(" of agent {}; it writes nothing for this agent", agent + 1),
+        }
     }
 
     fn read_slice(
@@ -173,10 +185,7 @@ impl<'a> Bind<'a> {
             return Err(Refusal(format!("{}, but this scenario has no {role} there", needs())));
         };
         let Some(offset) = self.offset(channel, name, length) else {
-            let layout = self.signals.layout(channel);
-            let offered: Vec<String> =
-                layout.fields().iter().map(|field| format!("{} ({})", field.name, field.shape.words())).collect();
-            return Err(Refusal(format!("{}, which offers only {}", needs(), offered.join(", "))));
+            return Err(Refusal(format!("{}, which offers only {}", needs(), offered(self.signals.layout(channel)))));
         };
         let input = Input { channel, timing };
         // A scenario may have changed the timing of a planned edge.
@@ -198,4 +207,10 @@ impl<'a> Bind<'a> {
         let (offset, found) = self.signals.layout(channel).find(name)?;
         (found == length).then_some(offset)
     }
+}
+
+/// The fields of a channel with their lengths.
+fn offered(layout: &Layout) -> String {
+    let fields = layout.fields().iter().map(|field| format!("{} ({})", field.name, field.shape.words()));
+    fields.collect::<Vec<_>>().join(", ")
 }

@@ -5,7 +5,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
 use super::{Bind, Refusal};
-use crate::config::{Node, PerAgent, Problems, read};
+use crate::config::{Node, PerAgent, Problems, Value, read};
 use crate::scenario::Context;
 
 /// The parameters of a component, read from its section of the scenario.
@@ -52,6 +52,29 @@ impl Kind {
             },
             schema: SchemaGenerator::subschema_for::<C>,
         }
+    }
+}
+
+impl Kind {
+    /// The defaults of its parameters that are numbers, texts or booleans, by name.
+    pub fn defaults(&self) -> Vec<(String, Value)> {
+        let mut generator = SchemaGenerator::default();
+        let schema = (self.schema)(&mut generator);
+        let definition = schema.get("$ref").and_then(|place| place.as_str()?.rsplit('/').next().map(str::to_string));
+        let definition = definition.and_then(|name| generator.definitions().get(&name).cloned());
+        let whole = definition.unwrap_or_else(|| schema.to_value());
+        let fields = whole.get("properties").and_then(|fields| fields.as_object()).into_iter().flatten();
+        fields.filter_map(|(name, field)| Some((name.clone(), plain(field.get("default")?)?))).collect()
+    }
+}
+
+/// A number, text or boolean as scenario files have it.
+fn plain(value: &serde_json::Value) -> Option<Value> {
+    match value {
+        serde_json::Value::Bool(value) => Some(Value::Bool(*value)),
+        serde_json::Value::String(text) => Some(Value::String(text.clone())),
+        serde_json::Value::Number(number) => number.as_i64().map(Value::Integer).or(number.as_f64().map(Value::Float)),
+        _ => None,
     }
 }
 

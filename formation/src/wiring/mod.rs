@@ -7,6 +7,7 @@
 mod assembly;
 mod bind;
 mod component;
+mod interface;
 mod ranges;
 mod station;
 mod wishes;
@@ -14,5 +15,6 @@ mod wishes;
 pub use assembly::{Assembly, NodeRole, Role, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
+pub use interface::Interface;
 pub use station::{Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, scenario_text};
 pub(crate) use wishes::timing_of;

@@ -5,7 +5,7 @@ use std::path::Path;
 use lockstep::{Network, Node, Participant, Plan};
 
 use super::assembly::{node_name, read_component};
-use super::{Bind, Kind, Refusal, Role, Signals, ranges};
+use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems};
 use crate::scenario::{Context, Scenario, Selection};
 
@@ -42,7 +42,7 @@ pub fn kinds(role: Role, kinds: &'static [Kind]) -> impl FnOnce(&Plan, &[usize])
         nodes
             .iter()
             .map(|&node| {
-                build(&scenario, plan, role, node, &kind, |agents, bind| {
+                build(&scenario, plan, role, node, kind.name, |agents, bind| {
                     component.build(&scenario.context, agents, bind)
                 })
             })
@@ -52,46 +52,47 @@ pub fn kinds(role: Role, kinds: &'static [Kind]) -> impl FnOnce(&Plan, &[usize])
 
 /// For `processes::serve`: one participant of a user's program.
 ///
-/// `make` is given the scenario's context, the number of the agent (from 0), and a [`Bind`] that offers the signals which the
-/// replaced component reads and writes.
+/// `make` is given the [`Interface`] of the participant, which has its place in the run, the numbers of the scenario, the graph,
+/// and the signals that the replaced component reads and writes.
 ///
 /// ```no_run
 /// use formation::wiring::{Role, participant};
 /// use lockstep::{Fault, In, Io, Out, Participant, Step};
 ///
-/// struct Proportional { position: In<3>, target: In<3>, input: Out<3> }
+/// struct Tracking { position: In<3>, velocity: In<3>, target: In<3>, target_velocity: In<3>, input: Out<3> }
 ///
-/// impl Participant for Proportional {
+/// impl Participant for Tracking {
 ///     fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
-///         let (position, target) = (io.get(self.position), io.get(self.target));
-///         io.set(self.input, std::array::from_fn(|j| 0.5 * (target[j] - position[j])));
+///         let (x, v) = (io.get(self.position), io.get(self.velocity));
+///         let (r, w) = (io.get(self.target), io.get(self.target_velocity));
+///         io.set(self.input, std::array::from_fn(|j| 4.0 * (r[j] - x[j]) + 4.0 * (w[j] - v[j])));
 ///         Ok(())
 ///     }
 /// }
 ///
-/// let controller = participant(Role::Controller, |_, agent, bind| Ok(Proportional {
-///     position: bind.state(agent, "position")?,
-///     target: bind.reference(agent, "position")?,
-///     input: bind.out(agent, "input")?,
+/// let controller = participant(Role::Controller, |me| Ok(Tracking {
+///     position: me.state("position")?,
+///     velocity: me.state("velocity")?,
+///     target: me.reference("position")?,
+///     target_velocity: me.reference("velocity")?,
+///     input: me.out("input")?,
 /// }));
 /// # let _: Box<dyn FnOnce(&lockstep::Plan, &[usize]) -> formation::wiring::Built> = Box::new(controller);
 /// // The whole `main` of the program: processes::serve(controller)
 /// ```
 pub fn participant<P: Participant + 'static>(
     role: Role,
-    make: impl Fn(&Context, usize, &mut Bind) -> Result<P, Refusal>,
+    make: impl Fn(&Interface) -> Result<P, Refusal>,
 ) -> impl FnOnce(&Plan, &[usize]) -> Built {
     move |plan, nodes| {
         let scenario = load_scenario()?;
-        nodes
-            .iter()
-            .map(|&node| {
-                build(&scenario, plan, role, node, "own program", |agents, bind| {
-                    let participant = make(&scenario.context, agents[0], bind)?;
-                    Ok(Box::new(participant) as Box<dyn Participant>)
-                })
-            })
-            .collect()
+        let built = nodes.iter().map(|&node| {
+            let station = Station::new(&scenario, plan, role, node)?;
+            let me = Interface::new(scenario.clone(), station, plan.dt, plan.steps);
+            let participant = make(&me).map_err(|refusal| refusal.to_string())?;
+            Ok(guarded(&scenario, plan, role, node, Box::new(participant)))
+        });
+        built.collect()
     }
 }
 
@@ -149,6 +150,11 @@ impl Station {
         Ok(Self { agents, node: planned.clone(), signals: signals_of(&plan.network), role })
     }
 
+    /// Whether it serves all agents, and not one of them.
+    pub fn serves_all(&self) -> bool {
+        self.node.name == self.role.name()
+    }
+
     /// Offers the signals that the planned node reads and writes, to a participant that messages call `kind`.
     pub fn bind<'a>(&'a self, kind: &'a str) -> Bind<'a> {
         Bind::adopt(&self.signals, self.role, kind, &self.node)
@@ -166,8 +172,18 @@ fn build(
 ) -> Result<Box<dyn Participant>, String> {
     let station = Station::new(scenario, plan, role, node)?;
     let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
-    let signals = signals_of(&plan.network);
-    Ok(ranges::guard(scenario, &signals, role, &plan.network.nodes[node], participant))
+    Ok(guarded(scenario, plan, role, node, participant))
+}
+
+/// The participant with the ranges that the scenario declares for its outputs.
+fn guarded(
+    scenario: &Scenario,
+    plan: &Plan,
+    role: Role,
+    node: usize,
+    participant: Box<dyn Participant>,
+) -> Box<dyn Participant> {
+    ranges::guard(scenario, &signals_of(&plan.network), role, &plan.network.nodes[node], participant)
 }
 
 /// The agents (from 0) that the node called `name` serves.

@@ -45,7 +45,7 @@ pub(crate) struct ConformArgs {
     /// The participant whose place the program is to take: controller.3, observer_2, plant
     pub(crate) node: String,
     /// Scenario to take the inputs from: a shipped one (see `phalanx list`) or a file
-    #[arg(long, default_value = "uav", conflicts_with = "log")]
+    #[arg(long, default_value = "triangle", conflicts_with = "log")]
     pub(crate) scenario: String,
     /// Variant of the scenario
     #[arg(long, conflicts_with = "log")]
@@ -65,9 +65,6 @@ pub(crate) struct ConformArgs {
     /// An interval for all numbers of an output: --range input=-20..20; may be repeated
     #[arg(long, value_name = "FIELD=LOW..HIGH", allow_hyphen_values = true)]
     pub(crate) range: Vec<String>,
-    /// An output that may be zero all the time; may be repeated
-    #[arg(long, value_name = "FIELD")]
-    pub(crate) zero: Vec<String>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -109,8 +106,9 @@ pub(crate) struct NewArgs {
     #[arg(long, value_enum)]
     pub(crate) lang: Language,
     /// Scenario whose signals it has: a shipped one (see `phalanx list`) or a file
-    #[arg(long, default_value = "uav")]
-    pub(crate) scenario: String,
+    /// [default: triangle; for an observer, which triangle does not have, cida]
+    #[arg(long)]
+    pub(crate) scenario: Option<String>,
     /// Variant of the scenario
     #[arg(long)]
     pub(crate) variant: Option<String>,

@@ -1,6 +1,6 @@
 //! `phalanx conform`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use formation::wiring::Assembly;
 use serde_json::json;
@@ -10,9 +10,9 @@ use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
 use crate::failure::Failure;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
-use crate::run::swap::node_called;
+use crate::run::swap::{node_called, program_problem};
 use crate::run::{Options, run};
-use crate::trial::conform::{Demands, Range, Report, conform as try_all, supervise as watch};
+use crate::trial::conform::{Demands, Range, Report, Verdict, conform as try_all, supervise as watch};
 
 pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
     let assembly = short_scenario(args)?;
@@ -20,6 +20,9 @@ pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
     let name = node_called(&args.node, &names).map_err(|reason| Failure::Usage(format!("{}: {reason}", args.node)))?;
     let node = names.iter().position(|other| *other == name).unwrap_or_default();
     let ranges = args.range.iter().map(|text| range(text, &assembly, node)).collect::<Result<_, _>>()?;
+    if let Some(problem) = args.command.first().and_then(|program| program_problem(program, Path::new(""))) {
+        return Err(Failure::Usage(format!("cannot start {problem}")));
+    }
     let recorded = Recorded::of(args, &assembly)?;
     let home = Pin::Auto.take()?;
     let report = try_all(&Demands {
@@ -29,7 +32,6 @@ pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
         words: &args.command,
         patience: std::time::Duration::from_secs_f64(args.patience),
         ranges,
-        zeros: args.zero.clone(),
         core: home.core,
     })?;
     if args.json {
@@ -115,9 +117,12 @@ fn text_of(node: &str, report: &Report) -> String {
             text.push_str(&format!("                what to do: {}\n", point.advice));
         }
     }
-    let broken = report.points.iter().filter(|point| !point.advice.is_empty()).count();
+    let broken = report.points.iter().filter(|point| point.verdict == Verdict::Fail).count();
     text.push_str(&match report.ok() {
         true => format!("It can take the place of {node}.\n"),
+        false if broken == 0 => {
+            format!("Whether it can take the place of {node} is not known: not all points were tried.\n")
+        }
         false => {
             format!("It cannot take the place of {node}: {broken} of {} points are broken.\n", report.points.len())
         }

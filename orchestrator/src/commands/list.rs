@@ -25,7 +25,9 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
             continue;
         }
         println!("{:<20} {} ({}, {agents} agents)", scenario.name, scenario.title, section(&scenario.thesis));
-        println!("{:<20}   variants: {}", "", scenario.variants.join(", "));
+        if !scenario.variants.is_empty() {
+            println!("{:<20}   variants: {}", "", scenario.variants.join(", "));
+        }
     }
     if args.json {
         println!("{}", json!(entries));

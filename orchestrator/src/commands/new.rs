@@ -4,16 +4,22 @@ use std::path::{Path, PathBuf};
 
 use formation::wiring::Role;
 
-use super::select::assemble;
+use super::select::{assemble, find};
 use crate::cli::{NewArgs, NewRole, ScenarioArgs};
 use crate::failure::Failure;
 use crate::trial::scaffold::{Order, create};
 
 pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
-    let (scenario, variant) = (args.scenario.clone(), args.variant.clone());
+    let default = if matches!(args.role, NewRole::Observer) { "cida" } else { "triangle" };
+    let (scenario, variant) = (args.scenario.clone().unwrap_or_else(|| default.into()), args.variant.clone());
+    // The commands that are printed are given in the folder of the project.
+    let there = match find(&scenario)?.0 {
+        file if file == scenario && !Path::new(&file).is_absolute() => quoted(&format!("../{file}")),
+        _ => quoted(&scenario),
+    };
     let named = match &variant {
-        Some(variant) => format!("{scenario} --variant {variant}"),
-        None => scenario.clone(),
+        Some(variant) => format!("{there} --variant {}", quoted(variant)),
+        None => there,
     };
     let scenario = ScenarioArgs { scenario, variant, set: Vec::new(), dt: None, duration: None, seed: None };
     let order = Order {
@@ -30,6 +36,12 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     };
     println!("{}", create(&order, &assemble(&scenario)?)?);
     Ok(())
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+=:,@%".contains(c);
+    if word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// Where the source was when this program was built.

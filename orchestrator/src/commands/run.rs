@@ -36,9 +36,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
     robots::check(&swaps, &assembly, args.realtime)?;
-    let trace = match (&args.profile, placement) {
-        (None, _) | (Some(None), Placement::Single) => None,
-        (Some(path), _) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
+    let trace = match &args.profile {
+        None => None,
+        Some(None) if placement == Placement::Single && swaps.is_empty() => None,
+        Some(path) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
     };
     let options = Options {
         swaps,
@@ -122,9 +123,6 @@ pub(super) fn parse_swaps(
         // In one process, the laboratory itself does what the emulators of a scenario would do.
         let is_emulated = |swap: &Swap| matches!(swap.robot(), Some(RobotSwap::Emulated(_)));
         swaps.retain(|swap| !texts.is_empty() || !is_emulated(swap));
-        if !swaps.is_empty() {
-            return Err(Failure::Usage("a swapped participant needs a process; leave out --placement single".into()));
-        }
     }
     let logs = swaps.iter().filter_map(Swap::log);
     logs.zip(std::iter::repeat(log)).try_for_each(|(source, log)| keep_apart(source, log))?;
@@ -171,7 +169,7 @@ fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
     let scenario = &assembly.scenario;
     let timing = scenario.context.timing;
     let processes = match options.placement {
-        Placement::Single => "1 process".to_string(),
+        _ if options.in_one_process() => "1 process".to_string(),
         placement => format!("{} processes", placement.workers(assembly, &options.swaps).len() + 1),
     };
     eprintln!(

@@ -25,7 +25,10 @@ pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Asse
     if swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default())) {
         selection.overrides.push("plant.per_agent=true".into());
     }
-    let assembly = Assembly::load(&file, &text, &selection, &ROLES)?;
+    let mut assembly = Assembly::load(&file, &text, &selection, &ROLES)?;
+    if SCENARIOS.iter().all(|shipped| shipped.file != file) {
+        assembly.scenario.folder = Path::new(&file).parent().map(Path::to_path_buf);
+    }
     // What is wrong with an assertion is said before anything starts.
     assertions::read(&assembly)?;
     Ok(assembly)

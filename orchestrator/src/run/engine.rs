@@ -13,7 +13,6 @@ use crate::logging;
 use crate::run::control::Stop;
 use crate::run::options::Options;
 use crate::run::pinning::{Home, describe};
-use crate::run::placement::Placement;
 use crate::run::robots::{Robots, place_hands, with_hands};
 use crate::run::stress::Stress;
 use crate::run::swap::Swap;
@@ -104,9 +103,10 @@ impl Engine {
         stop: &Stop,
         reached: impl FnOnce(&RunDirectory, usize),
     ) -> Result<Self, Failure> {
-        match options.placement {
-            Placement::Single => Self::local(assembly, reached),
-            _ => Self::processes(assembly, options, home, stop, reached),
+        if options.in_one_process() {
+            Self::local(assembly, reached)
+        } else {
+            Self::processes(assembly, options, home, stop, reached)
         }
     }
 
@@ -145,7 +145,7 @@ impl Engine {
         let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
         reached(&directory, count + 1);
         let path = directory.path().join(SCENARIO_FILE);
-        let text = assembly.scenario.to_toml();
+        let text = assembly.to_toml();
         std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
         plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;

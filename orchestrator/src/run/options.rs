@@ -68,6 +68,11 @@ impl Options {
         }
     }
 
+    /// Whether all participants run in this process. Those that are swapped never do.
+    pub(crate) fn in_one_process(&self) -> bool {
+        self.placement == Placement::Single && self.swaps.is_empty()
+    }
+
     /// Whether a robot with a clock of its own takes part.
     pub(crate) fn has_robots(&self) -> bool {
         self.swaps.iter().any(|swap| swap.robot().is_some_and(RobotSwap::is_free))

@@ -14,7 +14,8 @@ pub enum Placement {
     Agents,
     /// As the scenario's `[placement] groups` say; who is in no group is a process of its own
     Groups,
-    /// All participants run in this process, without a system call in a step
+    /// All participants run in this process, without a system call in a step; those that are swapped are processes beside one
+    /// that runs all others
     Single,
 }
 

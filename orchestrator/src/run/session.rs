@@ -13,7 +13,6 @@ use super::observer::{Flow, Observers, StepView};
 use super::options::Options;
 use super::outcome::{Ending, Outcome};
 use super::pinning::Home;
-use super::placement::Placement;
 use super::players::Player;
 use super::profile::write_trace;
 use super::progress::Progress;
@@ -66,7 +65,7 @@ struct Session<'a> {
 impl<'a> Session<'a> {
     fn start(assembly: &Assembly, options: &'a Options, on_start: impl FnOnce(Stop)) -> Result<Self, Failure> {
         let cores = cores()?;
-        let home = if options.placement == Placement::Single { Home::default() } else { options.pin.take()? };
+        let home = if options.in_one_process() { Home::default() } else { options.pin.take()? };
         let network = with_hands(&assembly.network, &options.swaps);
         // Before the run starts: the thread that compresses must not share the core of the participants.
         let open = |path: &std::path::PathBuf| create_log(path, assembly, &network, &Player::all(&options.swaps));

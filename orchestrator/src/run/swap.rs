@@ -2,10 +2,12 @@
 
 use std::ffi::OsStr;
 use std::fmt::{self, Display, Formatter};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use formation::config::{Problem, nearest};
+use formation::scenario::Scenario;
 use formation::wiring::Assembly;
 use hardware::message::Clock;
 use hardware::settings::Settings;
@@ -53,8 +55,8 @@ pub enum RobotSwap {
 }
 
 impl RobotSwap {
-    /// Reads `hardware:FILE`, `emulator` or `emulator:free`; `None` for anything else.
-    fn parse(player: &str) -> Option<Result<Self, String>> {
+    /// Reads `hardware:FILE` with a file in `folder`, `emulator` or `emulator:free`; `None` for anything else.
+    fn parse(player: &str, folder: &Path) -> Option<Result<Self, String>> {
         match player.trim() {
             "emulator" => return Some(Ok(Self::Emulated(Clock::Lockstep))),
             "emulator:free" => return Some(Ok(Self::Emulated(Clock::Wall))),
@@ -62,8 +64,8 @@ impl RobotSwap {
         }
         let file = player.trim().strip_prefix(HARDWARE)?;
         let list = |problems: Vec<Problem>| problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n\n");
-        let there = |settings| Self::There { file: file.into(), settings: Box::new(settings) };
-        Some(Settings::load(Path::new(file)).map(there).map_err(list))
+        let there = |settings| Self::There { file: folder.join(file), settings: Box::new(settings) };
+        Some(Settings::load(&folder.join(file)).map(there).map_err(list))
     }
 
     /// Whether time passes for it by itself.
@@ -87,7 +89,7 @@ impl Swap {
             ));
         };
         let node = node_called(name, nodes).map_err(|reason| format!("--swap {name}: {reason}"))?;
-        let player = Player::of(&node, player).map_err(|reason| format!("--swap {text}: {reason}"))?;
+        let player = Player::of(&node, player, Path::new("")).map_err(|reason| format!("--swap {text}: {reason}"))?;
         Ok(Self { node, player })
     }
 
@@ -107,15 +109,11 @@ impl Swap {
         }
         for (node, player) in &assembly.scenario.swaps {
             if swaps.iter().all(|swap| swap.node != *node) {
-                let player = Player::of(node, player);
-                let player =
-                    player.map_err(|reason| vec![assembly.scenario.problem("swap", format!("{node}: {reason}"))])?;
-                swaps.push(Self { node: node.clone(), player });
+                swaps.push(Self::of_scenario(&assembly.scenario, node, player)?);
             }
         }
-        if let Some((node, program)) = swaps.iter().find_map(Self::missing_program) {
-            let reason = format!("{node}: there is no program {program}; nothing was started");
-            return Err(Failure::Usage(reason));
+        if let Some(reason) = swaps.iter().find_map(Self::unusable) {
+            return Err(Failure::Usage(format!("{reason}; nothing was started")));
         }
         for log in swaps.iter().filter_map(Self::log) {
             let is_played = |node: &&str| swaps.iter().any(|swap| swap.node == **node && swap.log() == Some(log));
@@ -126,13 +124,24 @@ impl Swap {
         Ok(swaps)
     }
 
-    /// The participant and its program, if that is named by a path where nothing is. What the search path holds is left to the
-    /// system.
-    fn missing_program(&self) -> Option<(&str, &str)> {
+    /// What `[swap]` of a scenario file says; paths start from the folder of the file.
+    fn of_scenario(scenario: &Scenario, node: &str, player: &str) -> Result<Self, Failure> {
+        let folder = scenario.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.map(std::path::absolute).transpose().map_err(Failure::system("find the current folder"))?;
+        let player = Player::of(node, player, folder.as_deref().unwrap_or(Path::new("")));
+        let player = player.map_err(|reason| vec![scenario.problem("swap", format!("{node}: {reason}"))])?;
+        let swap = Self { node: node.into(), player };
+        Ok(folder.into_iter().fold(swap, |swap, folder| swap.meant_in(&folder)))
+    }
+
+    /// Why its program cannot be started, if it is named by a path. What the search path holds is left to the system.
+    fn unusable(&self) -> Option<String> {
         let Player::Program { words, folder } = &self.player else { return None };
-        let place = |program: &str| folder.as_deref().unwrap_or(Path::new("")).join(program);
-        let program = words.first().filter(|program| program.contains('/') && !place(program).exists())?;
-        Some((&self.node, program))
+        let reason = program_problem(words.first()?, folder.as_deref().unwrap_or(Path::new("")))?;
+        let place = folder.as_ref().map_or_else(String::new, |folder| {
+            format!("; paths in `[swap]` start from the folder of the scenario file, {}", folder.display())
+        });
+        Some(format!("{}: {reason}{place}", self.node))
     }
 
     /// The same as it is meant in `folder`, which may be another one than that of the run.
@@ -230,9 +239,9 @@ impl Swap {
 }
 
 impl Player {
-    /// What `text` means for `node`.
-    fn of(node: &str, text: &str) -> Result<Self, String> {
-        if let Some(robot) = RobotSwap::parse(text) {
+    /// What `text` means for `node`; the file of a robot is one in `folder`.
+    fn of(node: &str, text: &str, folder: &Path) -> Result<Self, String> {
+        if let Some(robot) = RobotSwap::parse(text, folder) {
             if !node.starts_with("plant_") {
                 return Err("a robot takes the place of the plant of one agent, such as plant.2".into());
             }
@@ -252,6 +261,34 @@ impl Player {
         }
         Ok(Self::Program { words, folder: None })
     }
+}
+
+/// Why a program cannot be started that is named by a path in `folder`; `None` if nothing is wrong, or it is no path.
+pub(crate) fn program_problem(program: &str, folder: &Path) -> Option<String> {
+    let path = folder.join(program);
+    if !program.contains('/') {
+        return None;
+    }
+    let Ok(found) = path.metadata() else { return Some(format!("there is no program {program}")) };
+    if found.is_dir() {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let built = [format!("target/release/{name}"), format!("build/{name}"), "main.py".to_string()];
+        let hint = match built.iter().find(|file| path.join(file).is_file()) {
+            Some(file) if file.ends_with(".py") => format!("the program in it is `python3 {program}/{file}`"),
+            Some(file) => format!("the program in it is {program}/{file}"),
+            None => format!(
+                "build the project in it, and name the program: {program}/{} or {program}/{}",
+                built[0], built[1]
+            ),
+        };
+        return Some(format!("{program} is a folder, not a program; {hint}"));
+    }
+    let executable = found.permissions().mode() & 0o111 != 0;
+    (!executable).then(|| {
+        format!(
+            "{program} is not executable: `chmod +x {program}`, or start it with its interpreter, `python3 {program}`"
+        )
+    })
 }
 
 /// The node that a user calls `controller.3` or `controller_3`.

@@ -72,12 +72,16 @@ fn select(names: &[String]) -> Result<Vec<Selected>, Failure> {
         return Err(Failure::Usage(format!("no scenario is called `{unknown}`; `phalanx list` shows all")));
     }
     let wanted = |shipped: &&Shipped| names.is_empty() || names.iter().any(|name| name == shipped.name);
+    // Without names, all scenarios of the thesis.
+    let counts = |selected: &Result<Selected, Failure>| {
+        !names.is_empty() || selected.as_ref().map_or(true, |selected| !selected.scenario.thesis.is_empty())
+    };
     let load = |shipped: &Shipped| -> Result<Selected, Failure> {
         let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
         let claims = Claims::read(&scenario).map_err(|problem| vec![problem])?;
         Ok(Selected { scenario, claims })
     };
-    SCENARIOS.iter().filter(wanted).map(load).collect()
+    SCENARIOS.iter().filter(wanted).map(load).filter(counts).collect()
 }
 
 fn jobs(selected: &[Selected]) -> Result<Vec<Job>, Failure> {

@@ -11,19 +11,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import plot
     from .log import Log, Topic, open
-    from .metrics import Metric, compare
+    from .metrics import Assertion, Fault, Metric, compare
     from .participant import Participant, PhalanxError, Step
-    from .running import LogError, ProgramError, RunError, ScenarioError, find_program, run
+    from .running import LogError, ProgramError, ScenarioError, find_program, run
 
 # Where each public name lives.
 _HOMES = {
+    "Assertion": "metrics",
+    "Fault": "metrics",
     "Log": "log",
     "LogError": "running",
     "Metric": "metrics",
     "Participant": "participant",
     "PhalanxError": "participant",
     "ProgramError": "running",
-    "RunError": "running",
     "ScenarioError": "running",
     "Step": "participant",
     "Topic": "log",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -13,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from numpy.lib.stride_tricks import sliding_window_view
@@ -23,8 +26,14 @@ _MAGIC = b"\x89MCAP0\r\n"
 _PREFIX = 1 + 8
 #: Bytes of a message record before its data: prefix, channel, sequence, two times.
 _RECORD = _PREFIX + 2 + 4 + 8 + 8
+#: Where its time stands.
+_TIME = _PREFIX + 2 + 4
 #: CDR, little-endian.
 _ENCAPSULATION = 4
+#: Where a run says what has happened to participants.
+_EVENTS = "/phalanx/events"
+#: What reading damaged bytes raises.
+_DAMAGE = (ValueError, IndexError, KeyError, EOFError, RuntimeError, struct.error, zstandard.ZstdError, McapError)
 #: A field of a schema: ``float64[3] position  # m``.
 _FIELD = re.compile(r"float64(?:\[(\d+)\])? ([a-z][a-z0-9_]*)(?:  # (.*))?$")
 #: The first fields of every sample.
@@ -53,6 +62,29 @@ class Raw:
     samples: npt.NDArray[np.void]
 
 
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to a participant."""
+
+    time: float
+    step: int
+    participant: str
+    text: str
+
+    @classmethod
+    def read(cls, message: bytes) -> Event:
+        """Reads a message of the topic ``/phalanx/events``."""
+        sec, nanosec, step = struct.unpack_from("<iIQ", message, _ENCAPSULATION)
+        texts, at = [], _ENCAPSULATION + 16
+        for _ in range(2):
+            # Behind the encapsulation, lengths stand at multiples of four.
+            at += -(at - _ENCAPSULATION) % 4
+            (length,) = struct.unpack_from("<I", message, at)
+            texts.append(message[at + 4 : at + 3 + length].decode(errors="replace"))
+            at += 4 + length
+        return cls(sec + nanosec / 1e9, step, *texts)
+
+
 @dataclass
 class Content:
     """What a log holds."""
@@ -62,6 +94,9 @@ class Content:
     metadata: dict[str, str] = field(default_factory=dict)
     players: list[dict[str, str]] = field(default_factory=list)
     channels: list[Raw] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    #: What is wrong with the file, if it is damaged; what stands before that place is there.
+    damage: str = ""
 
 
 def fields_of(schema: Schema) -> list[Field] | None:
@@ -91,6 +126,9 @@ class _Collector:
     def take(self, chunk: npt.NDArray[np.uint8], index: npt.NDArray[np.uint64]) -> None:
         """Takes the messages of a chunk, of which the index lists times and places."""
         times, places = index.T
+        stamps = sliding_window_view(chunk, 8)[places.astype(np.intp) + _TIME].view("<u8")[:, 0]
+        if (chunk[places.astype(np.intp)] != Opcode.MESSAGE).any() or (stamps != times).any():
+            raise ValueError("its index does not fit")
         starts = places.astype(np.intp) + _RECORD + _ENCAPSULATION
         self.parts.append(sliding_window_view(chunk, self.type.itemsize)[starts])
         self.times.append(times)
@@ -118,15 +156,23 @@ def read(path: Path) -> Content:
     chunk = np.empty(0, np.uint8)
     for opcode, body in _records(memoryview(data)[len(_MAGIC) :]):
         match opcode:
-            case Opcode.CHUNK:
-                chunk = _unpack(Chunk.read(_stream(body)))
-                definitions.look_into(chunk)
-            case Opcode.MESSAGE_INDEX:
+            case Opcode.CHUNK if not content.damage:
+                try:
+                    chunk = _unpack(Chunk.read(_stream(body)))
+                    definitions.look_into(chunk)
+                except _DAMAGE as error:
+                    content.damage = f"a chunk of {path} cannot be read: {error}"
+            case Opcode.MESSAGE_INDEX if not content.damage:
                 channel = int.from_bytes(body[:2], "little")
                 if channel in definitions.collectors:
                     # Number of the channel, length of what follows, then pairs of time and place.
                     index = np.frombuffer(body[6:], "<u8").reshape(-1, 2)
-                    definitions.collectors[channel].take(chunk, index)
+                    try:
+                        definitions.collectors[channel].take(chunk, index)
+                    except _DAMAGE as error:
+                        content.damage = f"a chunk of {path} cannot be read: {error}"
+                elif channel == definitions.events:
+                    content.events += [event_at(chunk, int(place)) for _, place in np.frombuffer(body[6:], "<u8").reshape(-1, 2)]
             case Opcode.ATTACHMENT:
                 attachment = Attachment.read(_stream(body))
                 if attachment.name == "scenario.toml":
@@ -138,7 +184,9 @@ def read(path: Path) -> Content:
                 elif metadata.name == "phalanx-player":
                     content.players.append(dict(metadata.metadata))
             case Opcode.FOOTER:
-                content.complete = True
+                content.complete = not content.damage
+            case Opcode.CHUNK | Opcode.MESSAGE_INDEX:
+                pass
             case _:
                 definitions.take(opcode, body)
     collectors = definitions.collectors.values()
@@ -164,10 +212,18 @@ def _stream(body: memoryview) -> ReadDataStream:
     return ReadDataStream(BytesIO(body))
 
 
+def event_at(chunk: npt.NDArray[np.uint8], place: int) -> Event:
+    """The event whose message record starts at a place of a chunk."""
+    length = int.from_bytes(chunk[place + 1 : place + _PREFIX].tobytes(), "little")
+    return Event.read(chunk[place + _RECORD : place + _PREFIX + length].tobytes())
+
+
 class _Definitions:
     """The channels of a log; those that hold samples."""
 
     def __init__(self) -> None:
+        #: The channel of events.
+        self.events: int | None = None
         self.schemas: dict[int, list[Field] | None] = {}
         self.collectors: dict[int, _Collector] = {}
 
@@ -186,6 +242,8 @@ class _Definitions:
                 self.schemas[schema.id] = fields_of(schema)
             case Opcode.CHANNEL:
                 channel = Channel.read(_stream(body))
+                if channel.topic == _EVENTS:
+                    self.events = channel.id
                 fields = self.schemas.get(channel.schema_id)
                 if fields is not None and channel.id not in self.collectors:
                     self.collectors[channel.id] = _Collector(channel.topic, fields)
@@ -199,4 +257,6 @@ def _unpack(chunk: Chunk) -> npt.NDArray[np.uint8]:
             data = lz4.frame.decompress(chunk.data)
         case _:
             data = chunk.data
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("its checksum is wrong")
     return np.frombuffer(data, np.uint8)

@@ -12,11 +12,11 @@ from typing import Any
 NAME = "libphalanx.so"
 VARIABLE = "PHALANX_LIBRARY"
 # The version of the interface that this package is written for: PHALANX_ABI_VERSION in phalanx.h.
-ABI_VERSION = 1
+ABI_VERSION = 2
 
 
 class PhalanxError(Exception):
-    """What is wrong, in words. The run has been told the same."""
+    """What is wrong. A program that catches it continues; otherwise the run ends with the same words."""
 
     # What a traceback calls it.
     __module__ = "phalanx"
@@ -38,6 +38,13 @@ _SIGNATURES = {
     "phalanx_text": (c_char_p, [c_void_p, c_char_p]),
     "phalanx_length": (c_int, [c_void_p, c_char_p]),
     "phalanx_model": (c_double, [c_void_p, c_int, c_char_p]),
+    "phalanx_clear": (None, [c_void_p]),
+    "phalanx_weight": (c_double, [c_void_p, c_int, c_int]),
+    "phalanx_weight_at": (c_double, [c_void_p, c_int, c_int, c_double]),
+    "phalanx_b": (c_double, [c_void_p, c_int]),
+    "phalanx_neighbours": (c_int, [c_void_p, c_int, c_void_p, c_int]),
+    "phalanx_disturbance": (c_int, [c_void_p, c_int, c_double, c_void_p, c_void_p, c_void_p]),
+    "phalanx_mismatched": (c_int, [c_void_p, c_int, c_double, c_void_p, c_void_p, c_void_p]),
     "phalanx_input": (c_int, [c_void_p, c_char_p, c_int, c_char_p, c_int]),
     "phalanx_output": (c_int, [c_void_p, c_int, c_char_p, c_int]),
     "phalanx_next": (c_int, [c_void_p]),

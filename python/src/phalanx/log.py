@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import os
 import re
 import sys
@@ -21,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ._chunks import Raw, read
-from .metrics import Metric, from_json
+from ._chunks import Content, Raw, read
+from .metrics import Assertion, Fault, Judgement, Metric
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -120,7 +119,9 @@ class Log(Mapping[str, Topic]):
     path: Path
     """The file."""
     complete: bool
-    """Whether the file was closed; if not, the run was killed, and its last fraction of a second is missing."""
+    """Whether the file was closed and is whole; if not, the run was killed, or the file is damaged."""
+    ending: str
+    """How the run ended, if `phalanx.run` carried it out: "complete", "violated", "failed" or "interrupted"; else ""."""
     metadata: dict[str, str]
     """What the recorder was told: scenario, variant, overrides, versions."""
     players: list[dict[str, str]]
@@ -132,9 +133,35 @@ class Log(Mapping[str, Topic]):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         content = read(self.path)
-        self.complete, self.metadata, self.players = content.complete, content.metadata, content.players
-        self.scenario = tomllib.loads(content.scenario)
+        self._take(content)
+
+    def _take(self, content: Content) -> None:
+        self.complete, self.metadata, self.ending = content.complete, content.metadata, ""
+        self.players = content.players
+        try:
+            self.scenario = tomllib.loads(content.scenario)
+        except tomllib.TOMLDecodeError:
+            self.scenario = {}
         self._topics = {raw.topic.lstrip("/"): Topic(raw) for raw in content.channels}
+        self._faults = [Fault(event.text, event.participant, event.step, event.time) for event in content.events]
+        if content.damage:
+            self._faults.append(Fault(content.damage))
+
+    @classmethod
+    def nothing(cls, path: str | os.PathLike[str]) -> Log:
+        """The log of a run that recorded nothing: no topics."""
+        log = cls.__new__(cls)
+        log.path = Path(path)
+        log._take(Content())
+        return log
+
+    def __fspath__(self) -> str:
+        return os.fspath(self.path)
+
+    @property
+    def log(self) -> Log:
+        """This log; without topics if nothing was recorded."""
+        return self
 
     def __getitem__(self, name: str) -> Topic:
         try:
@@ -197,25 +224,39 @@ class Log(Mapping[str, Topic]):
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
 
     @functools.cached_property
-    def metrics(self) -> dict[str, Metric]:
-        """All metrics of the run with their bands, as ``phalanx check`` computes them.
+    def judgement(self) -> Judgement:
+        """What `phalanx check` finds; of a log that cannot be judged, nothing, and the reason among `faults`.
 
-        Raises `phalanx.ProgramError` if the program is not found, or cannot compute them.
+        Raises `phalanx.ProgramError` if the program is not found.
         """
-        from .running import call
+        from .running import judge
 
-        # 1: computed, but outside a band.
-        return from_json(json.loads(call("check", os.fspath(self.path), "--json", accept=(0, 1)))["metrics"])
+        return judge(self)
+
+    @property
+    def metrics(self) -> dict[str, Metric]:
+        """All metrics of the run with their bands; empty if they cannot be computed."""
+        return self.judgement.metrics
+
+    @property
+    def assertions(self) -> dict[str, Assertion]:
+        """What became of the assertions of the scenario, by name."""
+        return self.judgement.assertions
+
+    @property
+    def faults(self) -> list[Fault]:
+        """What happened to participants, why the run ended early, and what is wrong with the log; empty if all went well."""
+        return [*self._faults, *self.judgement.faults]
 
     @property
     def ok(self) -> bool:
-        """Whether every metric lies in its band."""
-        return all(metric.ok is not False for metric in self.metrics.values())
+        """Whether the run came to its end, with every metric within its band and no assertion violated."""
+        return self.judgement.ok
 
 
 def open(path: str | os.PathLike[str]) -> Log:
-    """Reads a log that ``phalanx run`` recorded; of a run that was killed, all that reached the file.
+    """Reads a log that ``phalanx run`` recorded; of a run that was killed, or a damaged file, all that can be read.
 
-    Raises `FileNotFoundError`, or `ValueError` if it is no such log.
+    What the run found is in the log, whatever it was: `Log.ok`, `Log.assertions`, `Log.metrics`, `Log.faults`. Raises `FileNotFoundError`, or `ValueError` if it is no such log.
     """
     return Log(path)

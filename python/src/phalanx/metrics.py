@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from .log import Log
 
-__all__ = ["Metric", "compare", "from_json"]
+__all__ = ["Assertion", "Fault", "Judgement", "Metric", "compare", "from_json"]
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,62 @@ class Metric:
 
     def __float__(self) -> float:
         return self.value
+
+
+@dataclass(frozen=True)
+class Assertion:
+    """What became of an assertion of the scenario."""
+
+    name: str
+    signal: str
+    """The signal or metric that it is about."""
+    severity: str
+    """"fail", or "warn" if a violation does not fail the run."""
+    ok: bool
+    """Whether no value was beyond a bound."""
+    checked: int
+    """How many values were compared; 0 if its time was not reached."""
+    violations: int
+    """How many of them were beyond."""
+    min: float | None = None
+    max: float | None = None
+    first: dict[str, Any] | None = None
+    """The first violation: agent, time, value."""
+    worst: dict[str, Any] | None = None
+    """The value that came closest to a bound, or was farthest beyond."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What went wrong in a run, or in its log."""
+
+    text: str
+    participant: str = ""
+    """The participant that it is about; empty if none."""
+    step: int | None = None
+    time: float | None = None
+    """Simulated time, s."""
+
+    def __str__(self) -> str:
+        place = f" at step {self.step}" if self.step is not None else ""
+        return f"{self.participant}{place}: {self.text}" if self.participant else self.text
+
+
+@dataclass
+class Judgement:
+    """What was found about a run."""
+
+    ok: bool = False
+    metrics: dict[str, Metric] = field(default_factory=dict)
+    assertions: dict[str, Assertion] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, summary: Mapping[str, Any]) -> Judgement:
+        """From what ``phalanx check --json`` or ``phalanx run --json`` prints."""
+        known = {entry.name for entry in fields(Assertion)}
+        found = [Assertion(**{key: value for key, value in one.items() if key in known}) for one in summary["assertions"] or []]
+        return cls(bool(summary["ok"]), from_json(summary["metrics"] or {}), {one.name: one for one in found})
 
 
 def from_json(metrics: Mapping[str, Mapping[str, Any]]) -> dict[str, Metric]:

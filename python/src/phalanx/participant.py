@@ -19,7 +19,7 @@ import math
 import traceback
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Iterator
+from typing import Any, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,11 +46,20 @@ class _Handle:
         self.functions = functions
         # NULL, which phalanx_close takes too, if there is no opening it.
         self.pointer: int | None = None
+        #: Whether a step is in progress.
+        self.in_step = False
         self.pointer = functions.open(role.encode())
 
     def error(self) -> str:
-        """What went wrong last; empty if nothing has."""
+        """What went wrong; empty if nothing has."""
         return str(self.functions.error(self.pointer).decode(errors="replace"))
+
+    def take_error(self) -> str:
+        """The same. From here on it belongs to the caller, who raises it: caught, it does not end the run."""
+        message = self.error()
+        if message:
+            self.functions.clear(self.pointer)
+        return message
 
     def __del__(self) -> None:
         self.functions.close(self.pointer)
@@ -68,9 +77,12 @@ class _Signal:
     def __len__(self) -> int:
         return self._length
 
+    def _out_of_step(self) -> PhalanxError:
+        return PhalanxError(f"`{self.name}`.value is there within a step only, in `for step in participant:`")
+
     def _view(self, address: int | None, writeable: bool) -> NDArray[np.float64]:
         if not address:
-            raise PhalanxError(self._handle.error() or f"`{self.name}` has a value only within a step")
+            raise PhalanxError(self._handle.take_error() or f"`{self.name}` has a value only within a step")
         memory = (ctypes.c_double * self._length).from_address(address)
         memory.handle = self._handle  # type: ignore[attr-defined]  # The view keeps the memory, and that its owner.
         view: NDArray[np.float64] = np.frombuffer(memory, dtype=np.float64)  # type: ignore[call-overload]
@@ -85,6 +97,8 @@ class Input(_Signal):
     @property
     def value(self) -> NDArray[np.float64]:
         """The numbers of this step: a view without a copy that cannot be written to. Copy what is to outlast the step."""
+        if not self._handle.in_step:
+            raise self._out_of_step()
         address = self._handle.functions.read(self._handle.pointer, self._number)
         view = self._views.get(address)
         return view if view is not None else self._view(address, writeable=False)
@@ -100,6 +114,8 @@ class Output(_Signal):
     @property
     def value(self) -> NDArray[np.float64]:
         """The place of the numbers of this step, to be filled: `output.value[:] = ...` or `output.value = ...`."""
+        if not self._handle.in_step:
+            raise self._out_of_step()
         self._touched = True
         address = self._handle.functions.write(self._handle.pointer, self._number)
         view = self._views.get(address)
@@ -117,8 +133,8 @@ class Participant:
     """The place of this process in the run that started it.
 
     `role` is what the program serves as: "controller", "observer", "planner" or "plant". Signals are asked for before the first
-    step; then the participant is iterated over, a step at a time. As a context (`with`) it tells the run about any exception of
-    the program, by name and step. Agents count from 1.
+    step; then the participant is iterated over, a step at a time. As a context (`with`) it ends the run with any exception that
+    the program does not catch, and names it and the step. Agents count from 1; 0 is the participant's own.
 
     Raises PhalanxError if this process was not started by a run, or the run has another role for it.
     """
@@ -163,14 +179,18 @@ class Participant:
         return bool(self._functions.has(self._handle.pointer, name.encode()))
 
     def number(self, name: str) -> float:
-        """A number of the scenario by dotted name: `controller.c_p`, `agents.2.position.1` (lists count from 1)."""
+        """A number of the scenario by dotted name: `controller.c_p`, `agents.2.position.1` (lists count from 1).
+
+        It is the number that the run uses: defaults, formulas of constants (`"pi/2"`), the default ring (`topology.A.1.3`) and what
+        one value gives each agent (`topology.b.2`) are resolved. Raises PhalanxError if there is no such number; `has` asks first.
+        """
         return self._checked(self._functions.number(self._handle.pointer, name.encode()))
 
     def text(self, name: str) -> str:
         """A text of the scenario by dotted name."""
         found = self._functions.text(self._handle.pointer, name.encode())
         if found is None:
-            self._raise_error()
+            raise PhalanxError(self._handle.take_error())
         return str(found.decode())
 
     def length(self, name: str) -> int:
@@ -180,6 +200,45 @@ class Participant:
     def model(self, name: str, agent: int = 0) -> float:
         """What a controller may know of the vehicle of an agent (0: its own), as formulas call it: `m`, `R`, `Jx`."""
         return self._checked(self._functions.model(self._handle.pointer, agent, name.encode()))
+
+    # -- Graph and disturbance --------------------------------------------------------------------------------------------
+
+    def weight(self, i: int, j: int, distance: float | None = None) -> float:
+        """Weight of the link over which agent `i` receives from agent `j`; 0 if there is none.
+
+        With the `distance` of both, in m, links that appear when agents come close (`topology.proximity`) count too.
+        """
+        if distance is None:
+            return self._checked(self._functions.weight(self._handle.pointer, i, j))
+        return self._checked(self._functions.weight_at(self._handle.pointer, i, j, distance))
+
+    def neighbours(self, agent: int = 0) -> list[int]:
+        """The agents from which an agent receives over static links, ascending."""
+        places = (ctypes.c_int * self.agents)()
+        count = self._bound(self._functions.neighbours(self._handle.pointer, agent, places, len(places)))
+        return list(places[:count])
+
+    def b(self, agent: int = 0) -> float:
+        """Weight of the link between an agent and the reference."""
+        return self._checked(self._functions.b(self._handle.pointer, agent))
+
+    def disturbance(self, agent: int, t: float, x: ArrayLike, v: ArrayLike | None = None) -> NDArray[np.float64]:
+        """What `[disturbance]` adds where the input of an agent acts, at time `t`, coordinates `x` and velocities `v` (zeros)."""
+        return self._disturb(self._functions.disturbance, agent, t, x, v)
+
+    def mismatched(self, agent: int, t: float, x: ArrayLike, v: ArrayLike | None = None) -> NDArray[np.float64]:
+        """The same for what is added to the velocities of a vehicle of order 2."""
+        return self._disturb(self._functions.mismatched, agent, t, x, v)
+
+    def _disturb(self, function: Any, agent: int, t: float, x: ArrayLike, v: ArrayLike | None) -> NDArray[np.float64]:
+        length = self.length(f"agents.{agent or self.agent}.position")
+        coordinates = _row("x", x, length)
+        velocities = np.zeros(length) if v is None else _row("v", v, length)
+        out = np.empty(length)
+        pointers = (array.ctypes.data for array in (coordinates, velocities, out))
+        if not function(self._handle.pointer, agent, t, *pointers):
+            raise PhalanxError(self._handle.take_error())
+        return out
 
     # -- Signals ----------------------------------------------------------------------------------------------------------
 
@@ -214,13 +273,16 @@ class Participant:
     # -- Steps ------------------------------------------------------------------------------------------------------------
 
     def __iter__(self) -> Iterator[Step]:
-        functions, pointer, outputs = self._functions, self._handle.pointer, self._outputs
+        functions, handle, outputs = self._functions, self._handle, self._outputs
+        pointer = handle.pointer
         while functions.next(pointer):
+            handle.in_step = True
             yield Step(functions.step(pointer), functions.time(pointer))
             for output in outputs:
                 if not output._touched:
                     raise PhalanxError(self._failed(f"output `{output.name}` was not written"))
                 output._touched = False
+            handle.in_step = False
             if not functions.done(pointer):
                 break
         self._raise_error()
@@ -235,12 +297,13 @@ class Participant:
     def __exit__(
         self, kind: type[BaseException] | None, exception: BaseException | None, trace: TracebackType | None
     ) -> None:
-        # The library has told the run about its own errors.
+        # What has ended the run already is known to it.
         if isinstance(exception, Exception) and not self._handle.error():
             # The last line of the program itself, not of this package.
             frames = [frame for frame in traceback.extract_tb(trace) if frame.filename != __file__]
             place = f" (line {frames[-1].lineno} of {frames[-1].filename})" if frames else ""
-            self._failed(f"{type(exception).__name__}: {exception}{place}")
+            kind = "" if isinstance(exception, PhalanxError) else f"{type(exception).__name__}: "
+            self._failed(f"{kind}{exception}{place}")
 
     # -- Errors -----------------------------------------------------------------------------------------------------------
 
@@ -249,7 +312,7 @@ class Participant:
         return message
 
     def _raise_error(self) -> None:
-        if message := self._handle.error():
+        if message := self._handle.take_error():
             raise PhalanxError(message)
 
     def _checked(self, number: float) -> float:
@@ -261,3 +324,11 @@ class Participant:
         if number < 0:
             self._raise_error()
         return number
+
+
+def _row(name: str, numbers: ArrayLike, length: int) -> NDArray[np.float64]:
+    """These numbers in a row, as the library reads them."""
+    row = np.ascontiguousarray(numbers, dtype=np.float64)
+    if row.shape != (length,):
+        raise ValueError(f"`{name}` takes {length} numbers in a row, found the shape {row.shape}")
+    return row

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from .log import Log
-from .metrics import from_json
+from .metrics import Fault, Judgement
 
-__all__ = ["LogError", "ProgramError", "RunError", "ScenarioError", "find_program", "run"]
+__all__ = ["LogError", "ProgramError", "ScenarioError", "find_program", "judge", "run"]
 
 #: Environment variable that names the program.
 PROGRAM = "PHALANX"
@@ -24,29 +24,23 @@ class ProgramError(RuntimeError):
 
     code: int | None
     """Its exit code, see ``phalanx --help``; ``None`` if it did not even start."""
-    log: Path | None
-    """The log of a run that started, readable up to where it stopped."""
 
-    def __init__(self, message: str, code: int | None = None, log: Path | None = None) -> None:
+    def __init__(self, message: str, code: int | None = None) -> None:
         super().__init__(message)
-        self.code, self.log = code, log
+        self.code = code
 
 
 class ScenarioError(ProgramError):
     """The scenario, or what was changed about it, is not valid; nothing was started."""
 
 
-class RunError(ProgramError):
-    """The run stopped early: a participant failed, hung or died."""
-
-
 class LogError(ProgramError):
     """A log cannot be written or read, or lacks what was asked for."""
 
 
-_ERRORS: dict[int, type[ProgramError]] = {2: ScenarioError, 3: RunError, 4: LogError}
-#: Exit code of a run that was interrupted.
-_INTERRUPTED = 130
+_ERRORS: dict[int, type[ProgramError]] = {2: ScenarioError, 4: LogError}
+#: How a run ended, by exit code. Other codes: it was not carried out.
+_ENDINGS = {0: "complete", 1: "complete", 3: "failed", 6: "violated", 130: "interrupted"}
 
 
 def find_program() -> Path:
@@ -71,29 +65,48 @@ def find_program() -> Path:
     )
 
 
-def call(*arguments: str, accept: Iterable[int] = (0,)) -> str:
-    """Calls the program and returns what it printed.
+def judge(log: Log) -> Judgement:
+    """What ``phalanx check`` finds in a log. A log that it cannot judge has that as its fault.
 
-    Raises `ProgramError`, or the class that belongs to its exit code, with its message.
+    Raises `ProgramError` if the program is not found.
     """
-    done = _start(arguments)
-    if done.returncode in accept:
-        return done.stdout
-    raise _failure(done, arguments[0])
+    if not log:
+        return Judgement(faults=[] if log.ending else [Fault(f"{log.path} holds no samples")])
+    done = _start(["check", os.fspath(log), "--json"])
+    summary = _summary(done)
+    if summary is None:
+        return Judgement(faults=[Fault(_message(done, "check"))])
+    return Judgement.of(summary)
 
 
 def _start(arguments: Iterable[str]) -> subprocess.CompletedProcess[str]:
     program = find_program()
-    return subprocess.run([program, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+    command = [os.fspath(program), *arguments]
+    with subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace"
+    ) as process:
+        try:
+            stdout, stderr = process.communicate()
+        except KeyboardInterrupt:
+            # The terminal has interrupted the program too; it closes its log first.
+            process.wait()
+            raise
+    return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
 
 
-def _failure(done: subprocess.CompletedProcess[str], command: str) -> BaseException:
-    if done.returncode == _INTERRUPTED:
-        return KeyboardInterrupt()
+def _summary(done: subprocess.CompletedProcess[str]) -> dict[str, Any] | None:
+    """The last line that it printed, if that is JSON."""
+    lines = done.stdout.splitlines()
+    try:
+        return dict(json.loads(lines[-1])) if lines else None
+    except ValueError:
+        return None
+
+
+def _message(done: subprocess.CompletedProcess[str], command: str) -> str:
     # Warnings may stand in front of it.
     _, _, message = done.stderr.rpartition("error: ")
-    message = message.strip() or f"phalanx {command} ended with {done.returncode} and said nothing"
-    return _ERRORS.get(done.returncode, ProgramError)(message, done.returncode)
+    return message.strip() or f"phalanx {command} ended with {done.returncode} and printed no reason"
 
 
 def run(
@@ -110,21 +123,20 @@ def run(
     options: Iterable[str] = (),
     **overrides: Any,
 ) -> Log:
-    """Runs a scenario and returns its log, metrics included.
+    """Runs a scenario and returns its log, with all that the run found, whatever it was.
 
     >>> log = phalanx.run("uav", variant="TOC", duration=20, phase=0.5, controller__c_p=3)
     >>> log = phalanx.run("uav", set={"agents.2.position": [1, 2, 0]}, swap={"controller.3": "python3 mine.py"})
 
     ``overrides`` change fields of the scenario; ``__`` stands for the dot that a Python name cannot have, and ``set`` takes the
     names as they are. ``out`` is the log, by default ``runs/<scenario>-<variant>.mcap``, which replaces that of an earlier run.
-    All participants run in one process unless ``placement`` says otherwise (``"processes"``, the default with ``swap``): the
-    result is the same, bit by bit. ``options`` are further options of ``phalanx run``.
+    All participants run in one process unless ``placement`` says otherwise, and each that is swapped, here or in the scenario, in a
+    process beside it: the result is the same, bit by bit. ``options`` are further options of ``phalanx run``.
 
-    Metrics outside their bands are no error, see `Log.ok`. Raises `ScenarioError`, `RunError` (the log is in its ``log``),
-    `LogError` or `ProgramError` with the message of the program.
+    A run that misses a band, violates an assertion, is halted, loses a participant or is interrupted is a result: see `Log.ok`,
+    `Log.ending`, `Log.metrics`, `Log.assertions` and `Log.faults`. Raises only if nothing was run: `ScenarioError` if an argument or
+    the scenario is not valid, `LogError` if the log cannot be written, `ProgramError` otherwise, with the message of the program.
     """
-    if swap and placement == "single":
-        placement = "processes"
     arguments = ["run", os.fspath(scenario), "--json", "--quiet", "--placement", placement]
     given = {"--variant": variant, "--duration": duration, "--dt": dt, "--seed": seed, "--out": out}
     for name, value in given.items():
@@ -136,15 +148,25 @@ def run(
     for node, command in (swap or {}).items():
         arguments += ["--swap", f"{node}={command}"]
     done = _start([*arguments, *options])
-    lines = done.stdout.splitlines()
-    summary = json.loads(lines[-1]) if lines else {}
-    if done.returncode not in (0, 1):
-        error = _failure(done, "run")
-        if isinstance(error, ProgramError) and summary.get("log"):
-            error.log = Path(summary["log"])
-        raise error
-    log = Log(summary["log"])
-    log.metrics = from_json(summary["metrics"] or {})
+    ending, summary = _ENDINGS.get(done.returncode), _summary(done)
+    if ending is None and summary is None:
+        raise _ERRORS.get(done.returncode, ProgramError)(_message(done, "run"), done.returncode)
+    return _result(done, ending or "failed", summary or {})
+
+
+def _result(done: subprocess.CompletedProcess[str], ending: str, summary: Mapping[str, Any]) -> Log:
+    """The log of a run that was started, with what was found."""
+    path = summary.get("log") or ""
+    try:
+        log = Log(path) if path else Log.nothing("")
+    except (OSError, ValueError):
+        # It ended before its first step.
+        log = Log.nothing(path)
+    log.ending = ending
+    log.judgement = Judgement.of(summary) if summary else Judgement()
+    if ending in ("failed", "interrupted"):
+        log.judgement.ok = False
+        log.judgement.faults.append(Fault(_message(done, "run")))
     return log
 
 

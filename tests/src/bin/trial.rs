@@ -91,7 +91,6 @@ impl Participant for Misbehaving {
             "aborts" if late => std::process::abort(),
             "hangs" if late => sleep_forever(),
             "nan" if late => io.slice_mut(self.output)[0] = f64::NAN,
-            "never-writes" => io.slice_mut(self.output)[1] = 0.0,
             // Another number in every process.
             "random" if late => io.slice_mut(self.output)[0] += f64::from(std::process::id()),
             "chatters" => println!("step {}: {}", step.index, "all is well ".repeat(80)),

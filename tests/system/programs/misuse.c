@@ -21,9 +21,12 @@ int main(int count, char **arguments)
                     (phalanx_read(NULL, 0) != NULL) + (phalanx_write(NULL, 0) != NULL) + phalanx_has(NULL, "x") +
                     (phalanx_input(NULL, NULL, 0, NULL, 0) != -1) + (phalanx_output(NULL, 0, NULL, 0) != -1) +
                     !isnan(phalanx_number(NULL, NULL)) + (phalanx_text(NULL, NULL) != NULL) +
-                    (phalanx_length(NULL, NULL) != -1) + !isnan(phalanx_model(NULL, 0, NULL)) + (int)phalanx_steps(NULL) +
+                    !isnan(phalanx_weight(NULL, 1, 2)) + !isnan(phalanx_weight_at(NULL, 1, 2, 0.5)) + !isnan(phalanx_b(NULL, 1)) +
+                    (phalanx_neighbours(NULL, 1, NULL, 0) != -1) + phalanx_disturbance(NULL, 1, 0.0, NULL, NULL, NULL) +
+                    phalanx_mismatched(NULL, 1, 0.0, NULL, NULL, NULL) + (phalanx_length(NULL, NULL) != -1) + !isnan(phalanx_model(NULL, 0, NULL)) + (int)phalanx_steps(NULL) +
                     (int)phalanx_step(NULL) + (phalanx_time(NULL) != 0.0) + (phalanx_dt(NULL) != 0.0) + *phalanx_name(NULL);
         phalanx_fail(NULL, NULL);
+        phalanx_clear(NULL);
         printf("%d %s %d\n", wrong, phalanx_error(NULL), phalanx_close(NULL));
         return 0;
     }

@@ -28,20 +28,12 @@ pub(super) fn labels(network: &Network, node: usize) -> Vec<(String, String)> {
     outputs.flat_map(of_channel).collect()
 }
 
-/// What is never written, or not any more, as far as the numbers show. A field of `zeros` may be zero all the time.
-///
-/// A sample that is not written is that of two steps before. So an output that is never written stays zero, and one that is not
-/// written any more alternates between two values.
-pub(super) fn unwritten(trial: &Trial, labels: &[(String, String)], zeros: &[String]) -> Option<String> {
+/// What is not written any more, as far as the numbers show: a sample that is not written is that of two steps before, so it
+/// alternates between two values. What was never bound is zero throughout, which is allowed.
+pub(super) fn unwritten(trial: &Trial, labels: &[(String, String)]) -> Option<String> {
     let column = |numbers: &[f64], word: usize| numbers.iter().skip(word).step_by(labels.len()).copied().collect();
-    for (word, (field, label)) in labels.iter().enumerate() {
+    for (word, (_, label)) in labels.iter().enumerate() {
         let (now, recorded): (Vec<f64>, Vec<f64>) = (column(&trial.outputs, word), column(&trial.recorded, word));
-        let is_zero = |numbers: &[f64]| numbers.iter().all(|number| *number == 0.0);
-        if is_zero(&now) && !is_zero(&recorded) && !zeros.contains(field) {
-            return Some(format!(
-                "{label} is 0 at every step, so it seems that it is never written (--zero {field}, if it is)"
-            ));
-        }
         let half = &now[now.len() / 2..];
         let alternates = |numbers: &[f64]| numbers.windows(3).all(|three| three[0].to_bits() == three[2].to_bits());
         let moves = half.first().zip(half.get(1)).is_some_and(|(first, second)| first.to_bits() != second.to_bits());
@@ -52,6 +44,18 @@ pub(super) fn unwritten(trial: &Trial, labels: &[(String, String)], zeros: &[Str
         }
     }
     None
+}
+
+/// The fields that are zero at every step, where the recorded ones are not.
+pub(super) fn zeros<'a>(trial: &Trial, labels: &'a [(String, String)]) -> Vec<&'a str> {
+    let is_zero = |numbers: &[f64], field: &str| {
+        let mut of_field = numbers.iter().zip(labels.iter().cycle()).filter(|(_, (name, _))| name == field);
+        of_field.all(|(number, _)| *number == 0.0)
+    };
+    let mut fields: Vec<&str> = labels.iter().map(|(field, _)| field.as_str()).collect();
+    fields.dedup();
+    fields.retain(|field| is_zero(&trial.outputs, field) && !is_zero(&trial.recorded, field));
+    fields
 }
 
 /// The first number that is out of its range.

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{Field, Layout, Network, Plan};
-use processes::{RunError, Settings};
+use processes::{Activity, RunError, Settings};
 
 use super::folder::Folder;
-use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, unwritten};
+use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, unwritten, zeros};
 use super::point::{Report, Verdict};
 use super::probe::probe;
 use super::trial::{Trial, attempt};
@@ -22,8 +22,19 @@ const ABSURD: f64 = 1e200;
 const PRINTED: u64 = 8192;
 /// ... and per step.
 const PRINTED_PER_STEP: u64 = 8;
+/// The points that are tried in other runs than a good one.
+const OF_OTHER_RUNS: [&str; 3] = ["alone", "plan", "signals"];
 /// The points that need a whole run.
 const OF_A_RUN: [&str; 8] = ["outputs", "inputs", "end", "left", "output", "repeat", "stop", "absurd"];
+
+/// What to do about a program that ...
+const STILL_STARTING: &str =
+    "give it more time with --patience SECONDS; a run gives a program three deadlines to connect";
+const HANGS_AT_START: &str =
+    "it has joined the run and does not get ready: see what it does between opening the participant and its first step";
+const REFUSED: &str =
+    "bind the signals that the finding lists, or try it with the scenario that it is written for: --scenario NAME";
+const DIES_AT_START: &str = "start it by hand: outside a run, a program that works says only how it is started";
 
 /// What is tried, and what is asked of it.
 pub struct Demands<'a> {
@@ -39,8 +50,6 @@ pub struct Demands<'a> {
     pub patience: Duration,
     /// Ranges of its outputs.
     pub ranges: Vec<Range>,
-    /// Fields that may be zero all the time.
-    pub zeros: Vec<String>,
     /// The core of all processes; `None`: the operating system decides.
     pub core: Option<usize>,
 }
@@ -70,32 +79,15 @@ pub fn conform(demands: &Demands) -> Result<Report, Failure> {
     };
     let mut report = Report::default();
 
-    let alone = probe(words, None, folder, patience)?;
-    if let Some(reason) = alone.end.as_ref().and_then(|end| end.not_started.as_ref()) {
+    let first = attempt(&setup, words, None, folder)?;
+    if let Some(reason) = first.end.as_ref().and_then(|end| end.not_started.as_ref()) {
         return Err(Failure::Usage(format!("cannot start {}: {reason}", words[0])));
     }
-    report.judge("alone", alone.refused(), alone.describe(patience));
-    wrong_plan(&setup, folder)?;
-    let plan = probe(words, Some(folder), folder, patience)?;
-    report.judge("plan", plan.refused(), plan.describe(patience));
-    let network = other_signals(&assembly.network, node);
-    let other = attempt(&Setup { network: &network, ..setup }, words, Some(0), folder)?;
-    match &other.stopped {
-        Some(RunError::Refused { message, .. }) => {
-            report.add("signals", Verdict::Pass, format!("it says: \"{message}\""))
-        }
-        Some(_) => report.judge("signals", other.end.as_ref().is_some_and(|end| end.code > Some(0)), other.reason()),
-        None => report.add("signals", Verdict::Fail, "it takes part in a run in which its outputs have other names"),
-    }
-
-    let first = attempt(&setup, words, None, folder)?;
     let Some(connected) = first.connected else {
-        report.add("start", Verdict::Fail, first.reason());
-        report.skip(&["steps"], "it does not start");
-        report.skip(&OF_A_RUN, "it does not start");
-        return Ok(report);
+        return not_started(report, first, patience);
     };
     report.add("start", Verdict::Pass, format!("after {:.0} ms", connected.as_secs_f64() * 1e3));
+    refusals(&mut report, &setup, words, folder)?;
     let complete = first.steps == steps;
     let answered = if complete { format!("all {steps}") } else { first.reason() };
     report.judge("steps", complete, answered);
@@ -117,14 +109,68 @@ pub fn conform(demands: &Demands) -> Result<Report, Failure> {
     Ok(report)
 }
 
+/// A program that does not get as far as its first step. What it does in other runs says nothing then.
+fn not_started(mut report: Report, first: Trial, patience: Duration) -> Result<Report, Failure> {
+    let (verdict, advice) = match &first.stopped {
+        Some(RunError::NotReady { missing, .. }) if missing.iter().all(|late| late.activity == Activity::Starting) => {
+            (Verdict::Untried, STILL_STARTING)
+        }
+        Some(RunError::NotReady { .. }) => (Verdict::Fail, HANGS_AT_START),
+        Some(RunError::Refused { .. }) => (Verdict::Fail, REFUSED),
+        Some(RunError::Died { .. }) | None => (Verdict::Fail, DIES_AT_START),
+        // Nothing that the program could help.
+        Some(_) => return Err(first.stopped.map_or(Failure::Interrupted, Failure::from)),
+    };
+    let finding = match verdict {
+        Verdict::Untried => format!(
+            "it has not opened its place in the run after {:.1} s: it is still starting, or is no participant",
+            patience.as_secs_f64()
+        ),
+        _ => first.reason(),
+    };
+    report.add_with("start", verdict, finding, advice);
+    let reason = if verdict == Verdict::Untried { "it is still starting" } else { "it does not start" };
+    report.skip(&OF_OTHER_RUNS, reason);
+    report.skip(&["steps"], reason);
+    report.skip(&OF_A_RUN, reason);
+    Ok(report)
+}
+
+/// What it does without a run, with a plan that is not right, and in a run of other signals.
+fn refusals(report: &mut Report, setup: &Setup, words: &[String], folder: &Path) -> Result<(), Failure> {
+    let patience = setup.start_timeout;
+    let alone = probe(words, None, folder, patience)?;
+    report.judge("alone", alone.refused(), alone.describe(patience));
+    wrong_plan(setup, folder)?;
+    let plan = probe(words, Some(folder), folder, patience)?;
+    report.judge("plan", plan.refused(), plan.describe(patience));
+    let network = other_signals(&setup.assembly.network, setup.only);
+    let other = attempt(&Setup { network: &network, ..*setup }, words, Some(0), folder)?;
+    match &other.stopped {
+        Some(RunError::Refused { message, .. }) => {
+            report.add("signals", Verdict::Pass, format!("it says: \"{message}\""))
+        }
+        Some(_) => report.judge("signals", other.end.as_ref().is_some_and(|end| end.code > Some(0)), other.reason()),
+        None => report.add("signals", Verdict::Fail, "it takes part in a run in which its outputs have other names"),
+    }
+    Ok(())
+}
+
 /// What one run tells.
 fn whole_run(report: &mut Report, demands: &Demands, trial: &Trial, complete: bool) {
     let labels = labels(&demands.assembly.network, demands.node);
-    match complete.then(|| unwritten(trial, &labels, &demands.zeros)) {
+    match complete.then(|| unwritten(trial, &labels)) {
         None => report.skip(&["outputs"], "it does not answer every step"),
         Some(found) => {
-            let all = format!("{} numbers at every step, all of them finite", labels.len());
-            report.judge("outputs", found.is_none(), found.unwrap_or(all));
+            let all = || {
+                let zeros = zeros(trial, &labels);
+                let note = match zeros.as_slice() {
+                    [] => String::new(),
+                    fields => format!("; always 0, as what is not bound: {}", fields.join(", ")),
+                };
+                format!("{} numbers at every step, all of them finite{note}", labels.len())
+            };
+            report.judge("outputs", found.is_none(), found.unwrap_or_else(all));
         }
     }
     if !demands.ranges.is_empty() {

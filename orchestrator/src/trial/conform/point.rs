@@ -50,6 +50,11 @@ pub struct Report {
 /// The points: name, demand, what to do if it is broken.
 const CONTRACT: &[(&str, &str, &str)] = &[
     (
+        "start",
+        "it connects in time",
+        "start it by hand: outside a run, a program that works says only how it is started",
+    ),
+    (
         "alone",
         "outside a run it says so and ends with an exit code other than 0",
         "call serve first thing in main and return its exit code; do not wait for anything",
@@ -61,19 +66,14 @@ const CONTRACT: &[(&str, &str, &str)] = &[
         "bind every signal by its name, and pass the refusal on instead of going on without it",
     ),
     (
-        "start",
-        "it connects in time",
-        "do what takes long before the call of serve, or not at all; pass on what the library refuses",
-    ),
-    (
         "steps",
         "it answers every step",
         "return from every step within the deadline; report what you cannot compute as a fault, do not exit or abort",
     ),
     (
         "outputs",
-        "it writes every number of its outputs at every step",
-        "write every output in every step; what is not written keeps the value of two steps before",
+        "it writes every number of the outputs that it binds at every step",
+        "write every output that you bind in every step; what is not written keeps the value of two steps before",
     ),
     ("ranges", "its outputs stay within the ranges that --range gives", "limit the output, or correct the range"),
     (
@@ -124,6 +124,17 @@ impl Report {
         let (name, demand, advice) = *CONTRACT.iter().find(|point| point.0 == name).expect("a point of the contract");
         let advice = if verdict == Verdict::Fail { advice } else { "" };
         self.points.push(Point { name, demand, verdict, finding: finding.into(), advice });
+    }
+
+    /// Adds what was found, with advice that belongs to just that.
+    ///
+    /// # Panics
+    /// See [`Report::add`].
+    pub(super) fn add_with(&mut self, name: &str, verdict: Verdict, finding: String, advice: &'static str) {
+        self.add(name, verdict, finding);
+        if let Some(point) = self.points.last_mut() {
+            point.advice = advice;
+        }
     }
 
     /// Adds a point that is kept, or not.

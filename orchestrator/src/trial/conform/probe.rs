@@ -22,6 +22,8 @@ pub(super) struct Probe {
     pub(super) end: Option<End>,
     /// What it printed.
     pub(super) printed: String,
+    /// Processor time that it used, if it had to be ended.
+    pub(super) computed: Duration,
 }
 
 impl Probe {
@@ -35,7 +37,11 @@ impl Probe {
     pub(super) fn describe(&self, patience: Duration) -> String {
         let first = self.printed.trim().lines().next().unwrap_or_default();
         match &self.end {
-            None => format!("it does not end; killed after {:.1} s", patience.as_secs_f64()),
+            None => format!(
+                "it does not end; killed after {:.1} s, of which it computed for {:.1} s",
+                patience.as_secs_f64(),
+                self.computed.as_secs_f64()
+            ),
             Some(end) if first.is_empty() => format!("{}, without a word", end.describe()),
             Some(end) => format!("{}: \"{first}\"", end.describe()),
         }
@@ -64,7 +70,7 @@ pub(super) fn probe(
         Ok(child) => child,
         Err(error) => {
             let end = End { not_started: Some(error.to_string()), ..End::default() };
-            return Ok(Probe { end: Some(end), printed: String::new() });
+            return Ok(Probe { end: Some(end), printed: String::new(), computed: Duration::ZERO });
         }
     };
     let (pid, start) = (Pid::from_child(&child), Instant::now());
@@ -73,11 +79,19 @@ pub(super) fn probe(
         thread::sleep(Duration::from_millis(5));
         end = child.try_wait().map_err(Failure::system("wait for a program"))?.map(End::of);
     }
+    let mut computed = Duration::ZERO;
     if end.is_none() {
+        computed = processor_time(child.id());
         // With all that it has started. Not reaped yet, so the number is still its own.
         let _ = rustix::process::kill_process_group(pid, Signal::KILL);
         child.wait().map_err(Failure::system("wait for a program"))?;
     }
     let printed = String::from_utf8_lossy(&std::fs::read(&path).map_err(failed())?).into_owned();
-    Ok(Probe { end, printed })
+    Ok(Probe { end, printed, computed })
+}
+
+/// What the kernel counts for a process; nothing if it does not tell.
+fn processor_time(pid: u32) -> Duration {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/schedstat")).unwrap_or_default();
+    Duration::from_nanos(text.split(' ').next().and_then(|word| word.parse().ok()).unwrap_or(0))
 }

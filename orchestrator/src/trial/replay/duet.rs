@@ -93,7 +93,8 @@ impl Duet {
         RunDirectory::sweep()?;
         let directory = RunDirectory::create(&scenario.name)?;
         let path = directory.path().join(SCENARIO_FILE);
-        std::fs::write(&path, scenario.to_toml()).map_err(Failure::system(format!("write {}", path.display())))?;
+        std::fs::write(&path, setup.assembly.to_toml())
+            .map_err(Failure::system(format!("write {}", path.display())))?;
         Ok(Self { conductor: Conductor::new(directory, plan, setup.settings)?, worker: 0 })
     }
 }

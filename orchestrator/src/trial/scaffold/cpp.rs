@@ -30,8 +30,16 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
         false => "agents.emplace_back(me, 0);",
     };
     let reads: Vec<String> = signals.inputs.iter().map(|signal| each(signal, true, "seen += NUMBER")).collect();
-    let writes: Vec<String> =
-        signals.outputs.iter().map(|signal| each(signal, false, "NUMBER = placeholder")).collect();
+    let write = |signal: &Signal| match signal.name.as_str() {
+        "input" if signals.drives_accelerations => String::new(),
+        _ => each(signal, false, "NUMBER = placeholder"),
+    };
+    let writes: Vec<String> = signals.outputs.iter().map(write).filter(|line| !line.is_empty()).collect();
+    let law = if signals.drives_accelerations {
+        include_str!("../../../templates/cpp/law.txt").trim_end().to_string()
+    } else {
+        fill(include_str!("../../../templates/cpp/placeholder.txt").trim_end(), &[("reads", reads.join("\n"))])
+    };
     let role = signals.outputs.first().map_or("", |signal| signal.role.name());
     let main = fill(
         include_str!("../../../templates/cpp/main.cpp.txt"),
@@ -39,7 +47,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
             ("title", title.into()),
             ("fields", both().map(field).collect::<Vec<_>>().join("\n")),
             ("binds", both().map(bind).collect::<Vec<_>>().join(",\n          ")),
-            ("reads", reads.join("\n")),
+            ("law", law),
             ("writes", writes.join("\n")),
             ("role", role.into()),
             ("agents", agents.into()),

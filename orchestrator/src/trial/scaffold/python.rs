@@ -16,7 +16,16 @@ pub(super) fn files(signals: &Signals, title: &str) -> Vec<File> {
         format!("        self.{} = me.{method}(\"{name}\", {length}, agent)", signal.variable(is_input))
     };
     let read = |signal: &Signal| format!("        seen += float(self.{}.value.sum())", signal.variable(true));
-    let write = |signal: &Signal| format!("        self.{}.value[:] = placeholder", signal.variable(false));
+    let write = |signal: &Signal| match signal.name.as_str() {
+        "input" if signals.drives_accelerations => "        self.input.value = law".to_string(),
+        _ => format!("        self.{}.value[:] = placeholder", signal.variable(false)),
+    };
+    let law = if signals.drives_accelerations {
+        include_str!("../../../templates/python/law.txt").trim_end().to_string()
+    } else {
+        let reads: Vec<String> = signals.inputs.iter().map(read).collect();
+        fill(include_str!("../../../templates/python/placeholder.txt").trim_end(), &[("reads", reads.join("\n"))])
+    };
     let role = signals.outputs.first().map_or("", |signal| signal.role.name());
     let agents = match signals.serves_all {
         true => "[Signals(me, agent) for agent in range(1, me.agents + 1)]",
@@ -27,7 +36,7 @@ pub(super) fn files(signals: &Signals, title: &str) -> Vec<File> {
         &[
             ("title", title.into()),
             ("binds", both().map(bind).collect::<Vec<_>>().join("\n")),
-            ("reads", signals.inputs.iter().map(read).collect::<Vec<_>>().join("\n")),
+            ("law", law),
             ("writes", signals.outputs.iter().map(write).collect::<Vec<_>>().join("\n")),
             ("role", role.into()),
             ("agents", agents.into()),

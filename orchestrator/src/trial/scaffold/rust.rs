@@ -18,7 +18,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
     };
     let bind = |(signal, is_input): (&Signal, bool)| {
         let method = if is_input { method(signal.role) } else { "out" };
-        format!("            {}: bind.{method}(agent, \"{}\")?,", signal.variable(is_input), signal.name)
+        format!("            {}: me.{method}_of(agent, \"{}\")?,", signal.variable(is_input), signal.name)
     };
     let inputs: Vec<String> = signals.inputs.iter().map(|signal| signal.variable(true)).collect();
     let sum = match inputs.split_first() {
@@ -28,12 +28,16 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
         }
         None => "0.0".into(),
     };
-    let write =
-        |signal: &Signal| format!("        io.set(self.{}, [placeholder; {}]);", signal.variable(false), signal.length);
-    let (context, agent, agents) = match signals.serves_all {
-        true => ("context", "_", "0..context.agents.len()"),
-        false => ("_", "agent", "std::iter::once(agent)"),
+    let write = |signal: &Signal| match signal.name.as_str() {
+        "input" if signals.drives_accelerations => "        io.set(self.input, law);".to_string(),
+        _ => format!("        io.set(self.{}, [placeholder; {}]);", signal.variable(false), signal.length),
     };
+    let law = if signals.drives_accelerations {
+        include_str!("../../../templates/rust/law.txt").trim_end().to_string()
+    } else {
+        fill(include_str!("../../../templates/rust/placeholder.txt").trim_end(), &[("sum", sum)])
+    };
+    let agents = if signals.serves_all { "me.agents()" } else { "std::iter::once(me.agent()?)" };
     let role = signals.outputs.first().map_or("", |signal| match signal.role {
         Role::Plant => "Plant",
         Role::Planner => "Planner",
@@ -48,12 +52,10 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
             ("fields", lines(both().map(field).collect())),
             ("binds", lines(both().map(bind).collect())),
             ("reads", inputs.iter().map(|name| format!("        let {name} = io.get(self.{name});\n")).collect()),
-            ("sum", sum),
+            ("law", law),
             ("writes", lines(signals.outputs.iter().map(write).collect())),
             ("Role", role.into()),
-            ("context", context.into()),
             ("agents", agents.into()),
-            ("agent", agent.into()),
         ],
     );
     let manifest = include_str!("../../../templates/rust/Cargo.toml.txt");

@@ -1,5 +1,6 @@
 //! What a participant of a scenario reads and writes.
 
+use formation::vehicle::Drive;
 use formation::wiring::{Assembly, Role};
 use lockstep::Layout;
 
@@ -36,6 +37,8 @@ pub(super) struct Signals {
     pub(super) outputs: Vec<Signal>,
     /// Topics of other agents that it may read, too.
     pub(super) others: Vec<String>,
+    /// Whether the inputs are the accelerations of the coordinates, so that the law of the templates works.
+    pub(super) drives_accelerations: bool,
 }
 
 impl Signals {
@@ -70,7 +73,26 @@ impl Signals {
         let others = node.inputs.iter().map(|input| &channels[input.channel.0]);
         let others = others.filter(|channel| !served(channel.agent)).map(|channel| channel.topic.clone()).collect();
         let serves_all = node.name == role.name();
-        Ok(Self { node: node.name.clone(), serves_all, inputs, outputs, others })
+        let is_driven = |agent: &usize| {
+            let vehicle = &assembly.scenario.context.agents[*agent].vehicle;
+            vehicle.omni().is_some_and(|omni| omni.drive == Drive::Acceleration)
+        };
+        let mut signals =
+            Self { node: node.name.clone(), serves_all, inputs, outputs, others, drives_accelerations: false };
+        signals.drives_accelerations =
+            role == Role::Controller && agents.iter().all(is_driven) && signals.has_what_the_law_needs();
+        Ok(signals)
+    }
+
+    /// Whether there are the signals of a law that tracks the reference.
+    fn has_what_the_law_needs(&self) -> bool {
+        let reads = |role: Role, name: &str| {
+            self.inputs.iter().any(|input| input.role == role && input.name == name && input.length == 3)
+        };
+        let tracked = ["position", "velocity"];
+        tracked.iter().all(|name| reads(Role::Plant, name) && reads(Role::Planner, name))
+            && reads(Role::Planner, "acceleration")
+            && self.outputs.iter().any(|output| output.name == "input" && output.length == 3)
     }
 }
 
