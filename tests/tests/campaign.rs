@@ -1,0 +1,83 @@
+//! The headline of the project: every band and every claim of every scenario, a test for each so that a failure has a name.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use orchestrator::catalog::SCENARIOS;
+use orchestrator::thesis::{Campaign, as_markdown, run_all};
+
+/// The page that holds the results of all scenarios.
+const PAGE: &str = include_str!("../../docs/thesis-results.md");
+
+/// Runs all variants of the scenario and whatever its claims need; every band, assertion and claim must hold, and every row must
+/// stand in the page of results.
+fn check(scenario: &str) {
+    let folder = std::env::temp_dir().join(format!("phalanx-campaign-{}-{scenario}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for the logs");
+    let campaign = run_all(&[scenario.to_string()], &folder, |_, _, _| {}).expect("every run can be carried out");
+    std::fs::remove_dir_all(&folder).expect("the logs are removed");
+    let missed = missed(&campaign);
+    assert!(campaign.ok() && missed.is_empty(), "{}", missed.join("\n"));
+    let text = as_markdown(&campaign, "");
+    let known: BTreeSet<&str> = PAGE.lines().collect();
+    let missing: Vec<&str> = text.lines().filter(|line| line.starts_with("| ") && !known.contains(line)).collect();
+    assert!(
+        missing.is_empty(),
+        "docs/thesis-results.md is out of date (phalanx thesis --format markdown --out docs/thesis-results.md):\n{}",
+        missing.join("\n")
+    );
+}
+
+/// What does not hold, in words.
+fn missed(campaign: &Campaign) -> Vec<String> {
+    let mut missed = Vec::new();
+    for (job, result) in campaign.results.iter().filter(|(job, _)| job.with.is_empty()) {
+        let Some(verdict) = &result.verdict else {
+            missed.push(format!("{}: no metrics ({:?})", job.name(), result.stopped));
+            continue;
+        };
+        let rows = verdict.rows.iter().filter(|row| row.ok == Some(false));
+        missed.extend(rows.map(|row| format!("{}: {} is {}, not {}", job.name(), row.id, row.value, row.band())));
+        missed.extend(result.findings.failure().map(|text| format!("{}: {text}", job.name())));
+    }
+    let claims = campaign.claims.iter().filter(|claim| !claim.holds);
+    missed.extend(claims.map(|claim| format!("{}: {}", claim.scenario, claim.text)));
+    missed
+}
+
+macro_rules! campaigns {
+    ($($test:ident: $scenario:literal),* $(,)?) => {
+        $(
+            #[test]
+            fn $test() {
+                check($scenario);
+            }
+        )*
+
+        #[test]
+        fn every_scenario_has_its_test() {
+            let tested = [$($scenario),*];
+            let shipped: Vec<&str> = SCENARIOS.iter().map(|shipped| shipped.name).collect();
+            assert_eq!(shipped, tested);
+        }
+    };
+}
+
+campaigns! {
+    dsm_ftdo: "dsm-ftdo",
+    dsm_cnn: "dsm-cnn",
+    rca: "rca",
+    limited_information: "limited-information",
+    cida: "cida",
+    compensated: "compensated",
+    compensated_experiment: "compensated-experiment",
+    lp_regulation: "lp-regulation",
+    uav: "uav",
+    mixed: "mixed",
+}
+
+#[test]
+fn the_page_of_results_is_of_this_program() {
+    assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/thesis-results.md").is_file());
+    assert!(PAGE.lines().filter(|line| line.starts_with('|')).count() > 500, "the page lost its tables");
+}
