@@ -26,7 +26,7 @@ pub const ROUNDS: u64 = 3;
 pub fn main() -> ExitCode {
     // A process of the drones is told so by an argument; all processes of runs have the variable.
     if env::args().nth(1).as_deref() == Some("participant") {
-        return orchestrator::cli::main();
+        return orchestrator::cli::main(&thesis::catalog());
     }
     if env::var_os("PHALANX_WORKER").is_some() {
         return processes::serve(|plan, nodes| {

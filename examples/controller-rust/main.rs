@@ -1,6 +1,6 @@
 //! The controller of the scenario `uav` as a program of its own: position loop, guidance law, attitude loop (section 7.2).
 //!
-//!     cargo build --release -p orchestrator --example controller-rust
+//!     cargo build --release -p phalanx --example controller-rust
 //!     phalanx run uav --swap controller.3=target/release/examples/controller-rust
 //!
 //! The log is, byte for byte, that of the built-in controller `hierarchical_uav`, of which this is the variant `TSC`.

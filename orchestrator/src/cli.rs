@@ -26,6 +26,7 @@ pub(crate) use profile::ProfileArgs;
 pub(crate) use robot::RobotArgs;
 pub(crate) use watch::WatchArgs;
 
+use crate::catalog::Catalog;
 use crate::commands;
 use crate::failure::Failure;
 use crate::logging;
@@ -59,8 +60,9 @@ enum Command {
     Graph(GraphArgs),
     /// Compute all metrics of a log and compare them with their bands
     Check(CheckArgs),
-    /// Run every scenario with every variant and hold all numbers against the thesis
-    Thesis(ThesisArgs),
+    /// Run every scenario with every variant and compare all numbers with their bands, claims and published values
+    #[command(visible_alias = "thesis")]
+    Campaign(CampaignArgs),
     /// Show what is in a log
     Info(InfoArgs),
     /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
@@ -288,7 +290,7 @@ pub(crate) enum TableFormat {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct ThesisArgs {
+pub(crate) struct CampaignArgs {
     /// Names of scenarios (see `phalanx list`) [default: all]
     pub(crate) scenarios: Vec<String>,
     /// How the tables are written
@@ -345,7 +347,7 @@ impl Command {
 }
 
 /// Runs the program and returns its exit code.
-pub fn main() -> ExitCode {
+pub fn main(catalog: &Catalog) -> ExitCode {
     let cli = Cli::parse();
     let (quiet, directory) = match &cli.command {
         Command::Run(args) => (args.quiet, args.log_dir.as_deref()),
@@ -366,25 +368,25 @@ pub fn main() -> ExitCode {
         leftovers::sweep_silently();
     }
     let result = match cli.command {
-        Command::List(args) => commands::list::list(&args),
-        Command::Run(args) => commands::run::run(&args),
-        Command::Validate(args) => commands::validate::validate(&args),
-        Command::Graph(args) => commands::graph::graph(&args),
-        Command::Check(args) => commands::check::check(&args),
-        Command::Thesis(args) => commands::thesis::thesis(&args),
+        Command::List(args) => commands::list::list(catalog, &args),
+        Command::Run(args) => commands::run::run(catalog, &args),
+        Command::Validate(args) => commands::validate::validate(catalog, &args),
+        Command::Graph(args) => commands::graph::graph(catalog, &args),
+        Command::Check(args) => commands::check::check(catalog, &args),
+        Command::Campaign(args) => commands::campaign::campaign(catalog, &args),
         Command::Info(args) => commands::info::info(&args),
-        Command::Verify(args) => commands::verify::verify(&args),
-        Command::New(args) => commands::new::new(&args),
-        Command::Conform(args) => commands::conform::conform(&args),
+        Command::Verify(args) => commands::verify::verify(catalog, &args),
+        Command::New(args) => commands::new::new(catalog, &args),
+        Command::Conform(args) => commands::conform::conform(catalog, &args),
         Command::Supervise(args) => return commands::conform::supervise(&args),
-        Command::Replay(args) => commands::replay::replay(&args),
+        Command::Replay(args) => commands::replay::replay(catalog, &args),
         Command::Ctl(args) => commands::ctl::ctl(&args),
         Command::Top(args) => commands::top::top(&args),
-        Command::Profile(args) => commands::profile::profile(&args),
-        Command::Watch(args) => commands::watch::watch(&args),
-        Command::Report(args) => commands::report::report(&args),
+        Command::Profile(args) => commands::profile::profile(catalog, &args),
+        Command::Watch(args) => commands::watch::watch(catalog, &args),
+        Command::Report(args) => commands::report::report(catalog, &args),
         Command::Export(args) => commands::export::export(&args),
-        Command::Layout(args) => commands::layout::layout(&args),
+        Command::Layout(args) => commands::layout::layout(catalog, &args),
         Command::Echo(args) => commands::echo::echo(&args),
         Command::Plot(args) => commands::plot::plot(&args),
         Command::Recover(args) => commands::recover::recover(&args),
@@ -395,11 +397,11 @@ pub fn main() -> ExitCode {
             print!("{}", String::from_utf8_lossy(&script));
             Ok(())
         }
-        Command::Robot(args) => commands::robot::robot(&args),
+        Command::Robot(args) => commands::robot::robot(catalog, &args),
         Command::Man(args) => commands::man::man(&args),
-        Command::Schema => commands::schema::schema(),
+        Command::Schema => commands::schema::schema(catalog),
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
-        Command::Participant(args) => return commands::participant::participant(&args),
+        Command::Participant(args) => return commands::participant::participant(catalog, &args),
     };
     let code = match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,4 +1,6 @@
-//! The program `phalanx`: from a scenario file to a run, its log, and what comes out of it.
+//! From a scenario file to a run, its log, and what comes out of it: the framework behind the program `phalanx`.
+//!
+//! It knows no scheme: [`cli::main`] is given a [`catalog::Catalog`].
 //!
 //! | module | what it does |
 //! |---|---|
@@ -9,13 +11,15 @@
 //! | [`trial`] | tries a user's program: replay, conformance test, project templates |
 //! | [`judge`] | what a run is worth: metrics, assertions, claims, verdict |
 //! | [`show`] | what a person sees: report, figures, exports, live view |
-//! | [`thesis`], [`catalog`] | the schemes that ship with the program, and their campaign |
+//! | [`catalog`] | what a program brings along: components, scenarios, metrics, figures |
+//! | [`campaign`] | all scenarios of a catalog with all variants, their bands and claims |
 
 // First, so that its macros are known in all that follows.
 #[macro_use]
 mod terminal;
 
-pub use schemes as catalog;
+pub mod campaign;
+pub mod catalog;
 pub mod cli;
 mod commands;
 pub mod failure;
@@ -25,5 +29,4 @@ pub mod logging;
 pub mod recorded;
 pub mod run;
 pub mod show;
-pub mod thesis;
 pub mod trial;

@@ -1,38 +1,15 @@
 //! What there is: the components by role, and the scenarios that come with the program.
 
+use formation::scenario::Shipped;
+use formation::shipped;
 use formation::wiring::Roles;
 
 /// All components of this program.
-pub const ROLES: Roles = Roles {
-    plant: plant::KINDS,
-    planner: high_level_planner::KINDS,
-    observer: observer::KINDS,
-    controller: low_level_ctrl::KINDS,
-};
-
-/// A scenario that is compiled into the program.
-#[derive(Clone, Copy, Debug)]
-pub struct Shipped {
-    /// Its name, `uav`.
-    pub name: &'static str,
-    /// Where its file is in the repository.
-    pub file: &'static str,
-    /// Its text.
-    pub text: &'static str,
-}
-
-macro_rules! shipped {
-    ($($name:literal),* $(,)?) => {
-        &[$(Shipped {
-            name: $name,
-            file: concat!("scenarios/", $name, ".toml"),
-            text: include_str!(concat!("../../scenarios/", $name, ".toml")),
-        }),*]
-    };
-}
+pub const ROLES: Roles = Roles::new(plant::KINDS, high_level_planner::KINDS, observer::KINDS, low_level_ctrl::KINDS);
 
 /// The scenarios of the thesis, in order of its chapters, and behind them those of the documentation.
 pub const SCENARIOS: &[Shipped] = shipped![
+    "../../scenarios/",
     "dsm-ftdo",
     "dsm-cnn",
     "rca",

@@ -124,7 +124,7 @@ fn new_projects_in_python_conform() {
 fn the_example_in_rust_gives_the_same_log() {
     let folder = Folder::new();
     let program = library_folder().join("../examples/controller-rust");
-    assert!(program.exists(), "build it: cargo build --release -p orchestrator --example controller-rust");
+    assert!(program.exists(), "build it: cargo build --release -p phalanx --example controller-rust");
     let swap = format!("controller.3={}", program.display());
     assert_eq!(digest(&folder, &[swap]), digest(&folder, &[]));
 }

@@ -93,7 +93,7 @@ pub(crate) fn unique(name: &str) -> String {
 /// The program that fails on purpose; Cargo builds examples before it runs tests.
 pub(crate) fn saboteur() -> PathBuf {
     let path = PathBuf::from(env!("CARGO_BIN_EXE_phalanx")).with_file_name("examples").join("saboteur");
-    assert!(path.exists(), "{} is not built: cargo build --release --examples -p orchestrator", path.display());
+    assert!(path.exists(), "{} is not built: cargo build --release --examples -p phalanx", path.display());
     path
 }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use orchestrator::catalog::SCENARIOS;
-use orchestrator::thesis::{Campaign, as_markdown, run_all};
+use orchestrator::campaign::{Campaign, as_markdown, run_all};
+use schemes::SCENARIOS;
 
 /// The page that holds the results of all scenarios.
 const PAGE: &str = include_str!("../../docs/thesis-results.md");
@@ -14,7 +14,8 @@ const PAGE: &str = include_str!("../../docs/thesis-results.md");
 fn check(scenario: &str) {
     let folder = std::env::temp_dir().join(format!("phalanx-campaign-{}-{scenario}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the logs");
-    let campaign = run_all(&[scenario.to_string()], &folder, |_, _, _| {}).expect("every run can be carried out");
+    let campaign = run_all(&thesis::catalog(), &[scenario.to_string()], &folder, |_, _, _| {})
+        .expect("every run can be carried out");
     std::fs::remove_dir_all(&folder).expect("the logs are removed");
     let missed = missed(&campaign);
     assert!(campaign.ok() && missed.is_empty(), "{}", missed.join("\n"));

@@ -19,6 +19,7 @@ mod overrides;
 mod proximity;
 mod ranges;
 mod schema;
+mod shipped;
 mod timing;
 mod wishes;
 
@@ -35,4 +36,5 @@ pub use obstacles::{Boundary, Obstacles};
 pub use proximity::{AdjacencyRow, Proximity};
 pub use ranges::FieldRange;
 pub use schema::sections;
+pub use shipped::Shipped;
 pub use timing::Timing;

@@ -2,6 +2,7 @@
 
 use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use super::ranges;
 use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
@@ -54,27 +55,68 @@ impl std::fmt::Display for Role {
     }
 }
 
-/// The components that exist, by role.
-#[derive(Clone, Copy)]
+/// The components that exist, by role. A program of your own starts from those of this repository and adds its own:
+///
+/// ```
+/// # use formation::wiring::{Kind, Role, Roles};
+/// # const OURS: Roles = Roles::NONE;
+/// # fn mine() -> Vec<Kind> { Vec::new() }
+/// let mut roles = OURS;
+/// roles.add(Role::Controller, mine());
+/// ```
+#[derive(Clone)]
 pub struct Roles {
     /// Plants.
-    pub plant: &'static [Kind],
+    pub plant: Cow<'static, [Kind]>,
     /// Planners.
-    pub planner: &'static [Kind],
+    pub planner: Cow<'static, [Kind]>,
     /// Observers.
-    pub observer: &'static [Kind],
+    pub observer: Cow<'static, [Kind]>,
     /// Controllers.
-    pub controller: &'static [Kind],
+    pub controller: Cow<'static, [Kind]>,
 }
 
 impl Roles {
+    /// No component at all.
+    pub const NONE: Self = Self::new(&[], &[], &[], &[]);
+
+    /// These components.
+    pub const fn new(
+        plant: &'static [Kind],
+        planner: &'static [Kind],
+        observer: &'static [Kind],
+        controller: &'static [Kind],
+    ) -> Self {
+        Self {
+            plant: Cow::Borrowed(plant),
+            planner: Cow::Borrowed(planner),
+            observer: Cow::Borrowed(observer),
+            controller: Cow::Borrowed(controller),
+        }
+    }
+
     /// The components of a role.
-    pub fn of(&self, role: Role) -> &'static [Kind] {
+    pub fn of(&self, role: Role) -> &[Kind] {
         match role {
-            Role::Plant => self.plant,
-            Role::Planner => self.planner,
-            Role::Observer => self.observer,
-            Role::Controller => self.controller,
+            Role::Plant => &self.plant,
+            Role::Planner => &self.planner,
+            Role::Observer => &self.observer,
+            Role::Controller => &self.controller,
+        }
+    }
+
+    /// Adds components to a role. One that has the name of an earlier one takes its place.
+    pub fn add(&mut self, role: Role, kinds: impl IntoIterator<Item = Kind>) {
+        let list = match role {
+            Role::Plant => &mut self.plant,
+            Role::Planner => &mut self.planner,
+            Role::Observer => &mut self.observer,
+            Role::Controller => &mut self.controller,
+        };
+        for kind in kinds {
+            let list = list.to_mut();
+            list.retain(|known| known.name != kind.name);
+            list.push(kind);
         }
     }
 }
@@ -225,7 +267,7 @@ fn read_components(
 pub(super) fn read_component(
     scenario: &Scenario,
     role: Role,
-    kinds: &'static [Kind],
+    kinds: &[Kind],
     problems: &mut Problems,
 ) -> Option<(Role, &'static Kind, Box<dyn Component>)> {
     let (kind, parameters) = split_kind(scenario.section(role.name())?, role, kinds, problems)?;
@@ -241,12 +283,7 @@ pub(super) fn read_component(
 }
 
 /// The component that a section names, and the section without the keys that are not its parameters.
-fn split_kind(
-    section: &ConfigNode,
-    role: Role,
-    kinds: &'static [Kind],
-    problems: &mut Problems,
-) -> Option<(&'static Kind, ConfigNode)> {
+fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut Problems) -> Option<(Kind, ConfigNode)> {
     let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
     let mut parameters = section.clone();
     let table = parameters.as_table_mut()?;
@@ -259,7 +296,7 @@ fn split_kind(
     };
     let found = node.as_str().unwrap_or_default();
     match kinds.iter().find(|kind| kind.name == found) {
-        Some(kind) => Some((kind, parameters)),
+        Some(kind) => Some((*kind, parameters)),
         None => {
             let help = nearest(found, names.iter().copied()).map(|name| format!("; did you mean `{name}`?"));
             let message = format!(

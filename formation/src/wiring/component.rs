@@ -27,6 +27,7 @@ pub trait Component: Send + Sync {
 }
 
 /// A component by the name that scenario files use.
+#[derive(Clone, Copy)]
 pub struct Kind {
     /// Its `kind` in a scenario file.
     pub name: &'static str,

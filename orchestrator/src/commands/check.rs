@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::select::from_head;
+use crate::catalog::Catalog;
 use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
@@ -10,10 +11,10 @@ use crate::judge::verdict::Verdict;
 use crate::run::players::Player;
 use crate::terminal::{columns, wrapped};
 
-pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
-    let assembly = from_head(&args.log, Vec::new())?;
+pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> {
+    let assembly = from_head(catalog, &args.log, Vec::new())?;
     let scenario = &assembly.scenario;
-    let (verdict, log) = Verdict::read(scenario, &args.log)?;
+    let (verdict, log) = Verdict::read(catalog, scenario, &args.log)?;
     let Some(verdict) = verdict else {
         return Err(Failure::Usage(format!(
             "{} holds no complete step; there is nothing to check",

@@ -6,6 +6,7 @@ use formation::wiring::Assembly;
 use serde_json::json;
 
 use super::select::{assemble, from_head};
+use crate::catalog::Catalog;
 use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
 use crate::failure::Failure;
 use crate::run::pinning::Pin;
@@ -14,8 +15,8 @@ use crate::run::swap::{node_called, program_problem};
 use crate::run::{Options, run};
 use crate::trial::conform::{Demands, Range, Report, Verdict, conform as try_all, supervise as watch};
 
-pub(crate) fn conform(args: &ConformArgs) -> Result<(), Failure> {
-    let assembly = short_scenario(args)?;
+pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failure> {
+    let assembly = short_scenario(catalog, args)?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let name = node_called(&args.node, &names).map_err(|reason| Failure::Usage(format!("{}: {reason}", args.node)))?;
     let node = names.iter().position(|other| *other == name).unwrap_or_default();
@@ -47,17 +48,17 @@ pub(crate) fn supervise(args: &SuperviseArgs) -> std::process::ExitCode {
 }
 
 /// The scenario of the log, or the one that is named, as long as the program is to be tried.
-fn short_scenario(args: &ConformArgs) -> Result<Assembly, Failure> {
+fn short_scenario(catalog: &Catalog, args: &ConformArgs) -> Result<Assembly, Failure> {
     let whole = match &args.log {
-        Some(log) => from_head(log, Vec::new())?,
-        None => assemble(&scenario_args(args, None))?,
+        Some(log) => from_head(catalog, log, Vec::new())?,
+        None => assemble(catalog, &scenario_args(args, None))?,
     };
     let timing = whole.scenario.context.timing;
     let periods = (args.steps - 1).min(timing.periods());
     let duration = (periods * timing.period_ns()) as f64 / 1e9;
     match &args.log {
-        Some(log) => from_head(log, vec![format!("timing.duration={duration}")]),
-        None => assemble(&scenario_args(args, Some(duration.to_string()))),
+        Some(log) => from_head(catalog, log, vec![format!("timing.duration={duration}")]),
+        None => assemble(catalog, &scenario_args(args, Some(duration.to_string()))),
     }
 }
 

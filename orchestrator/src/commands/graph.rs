@@ -8,11 +8,12 @@ use lockstep::{Network, Timing};
 use serde_json::json;
 
 use super::select::assemble;
+use crate::catalog::Catalog;
 use crate::cli::{GraphArgs, GraphFormat};
 use crate::failure::Failure;
 
-pub(crate) fn graph(args: &GraphArgs) -> Result<(), Failure> {
-    let assembly = assemble(&args.scenario)?;
+pub(crate) fn graph(catalog: &Catalog, args: &GraphArgs) -> Result<(), Failure> {
+    let assembly = assemble(catalog, &args.scenario)?;
     let phases = assembly.network.phases().map_err(|error| Failure::Usage(error.to_string()))?;
     let edges = Edges::of(&assembly.network);
     let text = match if args.json { GraphFormat::Json } else { args.format } {

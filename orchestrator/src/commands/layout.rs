@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::select::assemble;
+use crate::catalog::Catalog;
 use crate::cli::{LayoutArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::show::layouts::Viewer;
 use crate::show::layouts::layout as write_layout;
 
-pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {
+pub(crate) fn layout(catalog: &Catalog, args: &LayoutArgs) -> Result<(), Failure> {
     let path = Path::new(&args.run);
     let (text, stem) = if path.extension().is_some_and(|extension| extension == "mcap") {
         if args.variant.is_some() {
@@ -24,7 +25,7 @@ pub(crate) fn layout(args: &LayoutArgs) -> Result<(), Failure> {
     } else {
         let scenario =
             ScenarioArgs { scenario: args.run.clone(), variant: args.variant.clone(), ..ScenarioArgs::default() };
-        let assembly = assemble(&scenario)?;
+        let assembly = assemble(catalog, &scenario)?;
         let name = super::run::default_log(&assembly, &[]);
         let channels = assembly.network.channels.iter().map(|c| (c.topic.as_str(), c.agent, &c.layout));
         let stem = name.file_stem().map(PathBuf::from).unwrap_or_default();

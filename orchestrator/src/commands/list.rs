@@ -4,17 +4,17 @@ use formation::scenario::{Scenario, Selection};
 use formation::wiring::Role;
 use serde_json::json;
 
-use crate::catalog::{ROLES, SCENARIOS};
+use crate::catalog::Catalog;
 use crate::cli::ListArgs;
 use crate::failure::Failure;
 
-pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
+pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
     if args.components {
-        list_components(args.json);
+        list_components(catalog, args.json);
         return Ok(());
     }
     let mut entries = Vec::new();
-    for shipped in SCENARIOS {
+    for shipped in &catalog.scenarios {
         let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
         let agents = scenario.context.agents.len();
         if args.json {
@@ -41,13 +41,13 @@ fn section(thesis: &str) -> String {
     if thesis.is_empty() { "no section of the thesis".into() } else { format!("thesis {thesis}") }
 }
 
-fn list_components(as_json: bool) {
+fn list_components(catalog: &Catalog, as_json: bool) {
     let mut entries = Vec::new();
     for role in Role::ALL {
         if !as_json {
             println!("{role}");
         }
-        for kind in ROLES.of(role) {
+        for kind in catalog.roles.of(role) {
             if as_json {
                 entries.push(json!({"role": role.name(), "kind": kind.name, "summary": kind.summary}));
             } else {

@@ -1,6 +1,7 @@
 //! The commands of the program, a file each.
 
 pub(crate) mod bridge;
+pub(crate) mod campaign;
 pub(crate) mod check;
 pub(crate) mod conform;
 pub(crate) mod ctl;
@@ -24,7 +25,6 @@ pub(crate) mod run;
 pub(crate) mod schema;
 mod select;
 mod select_run;
-pub(crate) mod thesis;
 pub(crate) mod top;
 pub(crate) mod validate;
 pub(crate) mod verify;

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use formation::wiring::Role;
 
 use super::select::{assemble, find};
+use crate::catalog::Catalog;
 use crate::cli::{NewArgs, NewRole, ScenarioArgs};
 use crate::failure::Failure;
 use crate::trial::scaffold::{Order, create};
 
-pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
+pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
     let default = if matches!(args.role, NewRole::Observer) { "cida" } else { "triangle" };
     let (scenario, variant) = (args.scenario.clone().unwrap_or_else(|| default.into()), args.variant.clone());
     // The commands that are printed are given in the folder of the project.
-    let there = match find(&scenario)?.0 {
+    let there = match find(catalog, &scenario)?.0 {
         file if file == scenario && !Path::new(&file).is_absolute() => quoted(&format!("../{file}")),
         _ => quoted(&scenario),
     };
@@ -34,7 +35,7 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         scenario: named,
         phalanx: args.phalanx.clone().unwrap_or_else(own_source),
     };
-    println!("{}", create(&order, &assemble(&scenario)?)?);
+    println!("{}", create(&order, &assemble(catalog, &scenario)?)?);
     Ok(())
 }
 

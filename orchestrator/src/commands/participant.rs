@@ -6,13 +6,13 @@ use formation::config::Problem;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
-use crate::catalog::ROLES;
+use crate::catalog::Catalog;
 use crate::cli::ParticipantArgs;
 use crate::recorded::played;
 use crate::run::urgency::lock_memory_if_wanted;
 
 /// Builds the participants that the plan assigns to this process, or plays them from a log, and serves.
-pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
+pub(crate) fn participant(catalog: &Catalog, args: &ParticipantArgs) -> ExitCode {
     crate::logging::start_participant();
     lock_memory_if_wanted();
     let end = processes::serve(|plan, nodes| {
@@ -25,7 +25,7 @@ pub(crate) fn participant(args: &ParticipantArgs) -> ExitCode {
             let scenario = Scenario::load(SCENARIO_FILE, &text, &selection).map_err(first)?;
             return played(log, &scenario, &plan.network, nodes, args.factor).map_err(|error| error.to_string());
         }
-        let assembly = Assembly::load(SCENARIO_FILE, &text, &selection, &ROLES).map_err(first)?;
+        let assembly = Assembly::load(SCENARIO_FILE, &text, &selection, &catalog.roles).map_err(first)?;
         // Bridges to robots have nodes and channels of their own behind those of the scenario.
         let (ours, planned) = (&assembly.network, &plan.network);
         if !planned.channels.starts_with(&ours.channels) || !planned.nodes.starts_with(&ours.nodes) {

@@ -6,6 +6,7 @@ use formation::wiring::Assembly;
 
 use super::run::{conclude, end_on_signals, parse_swaps, show_profile};
 use super::select::{assemble, from_log};
+use crate::catalog::Catalog;
 use crate::cli::{ProfileArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::log::Log;
@@ -13,8 +14,8 @@ use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
 
-pub(crate) fn profile(args: &ProfileArgs) -> Result<(), Failure> {
-    let assembly = assembly_of(&args.scenario)?;
+pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failure> {
+    let assembly = assembly_of(catalog, &args.scenario)?;
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let trace = match placement {
         Placement::Single if args.trace.is_some() => {
@@ -46,10 +47,10 @@ pub(crate) fn profile(args: &ProfileArgs) -> Result<(), Failure> {
 }
 
 /// A scenario as for every other command, or that of a log.
-fn assembly_of(args: &ScenarioArgs) -> Result<Assembly, Failure> {
+fn assembly_of(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembly, Failure> {
     let path = PathBuf::from(&args.scenario);
     if path.extension().is_none_or(|extension| extension != "mcap") {
-        return assemble(args);
+        return assemble(catalog, args);
     }
     let changes = [&args.variant, &args.dt, &args.duration, &args.seed];
     if !args.set.is_empty() || changes.iter().any(|change| change.is_some()) {
@@ -58,5 +59,5 @@ fn assembly_of(args: &ScenarioArgs) -> Result<Assembly, Failure> {
             path.display()
         )));
     }
-    from_log(&Log::open(&path)?)
+    from_log(catalog, &Log::open(&path)?)
 }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::check::players_json;
 use super::select::{from_head, names_one_plant};
+use crate::catalog::Catalog;
 use crate::cli::ReplayArgs;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -27,10 +28,10 @@ const BUILTIN: &str = "builtin";
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
 
-pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
+pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure> {
     // A recorded plant of all agents can be compared with that of one.
     let overrides = if names_one_plant(&args.only) { vec!["plant.per_agent=true".into()] } else { Vec::new() };
-    let assembly = from_head(&args.log, overrides)?;
+    let assembly = from_head(catalog, &args.log, overrides)?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
     let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;

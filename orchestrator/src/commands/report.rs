@@ -2,16 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::catalog::Catalog;
 use crate::cli::ReportArgs;
 use crate::failure::Failure;
 use crate::show::figures::FigureFormat;
 use crate::show::view::Subject;
 use crate::show::{figures, report};
 
-pub(crate) fn report(args: &ReportArgs) -> Result<(), Failure> {
-    let subjects = args.logs.iter().map(|log| Subject::open(log)).collect::<Result<Vec<_>, _>>()?;
+pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure> {
+    let subjects = args.logs.iter().map(|log| Subject::open(catalog, log)).collect::<Result<Vec<_>, _>>()?;
     if let Some(folder) = &args.figures {
-        return write_figures(&subjects, folder, args.format);
+        return write_figures(catalog, &subjects, folder, args.format);
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.logs));
     let html = report::html(&subjects);
@@ -20,8 +21,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write_figures(subjects: &[Subject], folder: &Path, format: FigureFormat) -> Result<(), Failure> {
-    let (mut written, missing) = figures::write_thesis(subjects, folder, format)?;
+fn write_figures(catalog: &Catalog, subjects: &[Subject], folder: &Path, format: FigureFormat) -> Result<(), Failure> {
+    let (mut written, missing) = figures::write_published(catalog, subjects, folder, format)?;
     for subject in subjects {
         // Plots of one run must not replace those of another.
         let mark = if subjects.len() > 1 { subject.stem() } else { String::new() };

@@ -11,12 +11,13 @@ use plant::Laboratory;
 use plant::laboratory::is_emulated;
 
 use super::select::find;
+use crate::catalog::Catalog;
 use crate::cli::RobotArgs;
 use crate::failure::Failure;
 use crate::run::robots::LISTENS;
 use crate::run::urgency::lock_memory_if_wanted;
 
-pub(crate) fn robot(args: &RobotArgs) -> Result<(), Failure> {
+pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> {
     lock_memory_if_wanted();
     if args.attached {
         end_with_stdin();
@@ -25,7 +26,7 @@ pub(crate) fn robot(args: &RobotArgs) -> Result<(), Failure> {
         Some(file) => from_file(&Settings::load(file)?, &file.display().to_string())?,
         None => from_arguments(args),
     };
-    let scenario = job.scenario()?;
+    let scenario = job.scenario(catalog)?;
     let context = &scenario.context;
     let agent = context.agents.iter().position(|agent| agent.id == job.emulator.agent).ok_or_else(|| {
         let count = context.agents.len();
@@ -68,8 +69,8 @@ struct Job {
 }
 
 impl Job {
-    fn scenario(&self) -> Result<Scenario, Failure> {
-        let (file, text) = find(&self.emulator.scenario)?;
+    fn scenario(&self, catalog: &Catalog) -> Result<Scenario, Failure> {
+        let (file, text) = find(catalog, &self.emulator.scenario)?;
         Ok(Scenario::load(&file, &text, &self.selection)?)
     }
 }

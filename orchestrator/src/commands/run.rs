@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::check::{players_json, show_findings, show_players, summary_line};
 use super::select::assemble_for;
+use crate::catalog::Catalog;
 use crate::cli::RunArgs;
 use crate::failure::Failure;
 use crate::judge::verdict::Verdict;
@@ -30,8 +31,8 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// Time between two looks whether its log is closed.
 const LOOK: Duration = Duration::from_millis(10);
 
-pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let assembly = assemble_for(&args.scenario, &args.swap)?;
+pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
+    let assembly = assemble_for(catalog, &args.scenario, &args.swap)?;
     let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly, &args.swap)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
     let (verdict, players) = match &log {
         Some(path) => {
-            let (verdict, log) = Verdict::read(&assembly.scenario, path)?;
+            let (verdict, log) = Verdict::read(catalog, &assembly.scenario, path)?;
             (verdict, log.players().iter().map(Player::read).collect())
         }
         None => (None, Player::all(&options.swaps)),

@@ -1,8 +1,9 @@
 //! `phalanx schema`.
 
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 
-pub(crate) fn schema() -> Result<(), Failure> {
-    println!("{:#}", crate::show::schema::schema());
+pub(crate) fn schema(catalog: &Catalog) -> Result<(), Failure> {
+    println!("{:#}", crate::show::schema::schema(catalog));
     Ok(())
 }

@@ -6,7 +6,7 @@ use formation::config::nearest;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
-use crate::catalog::{ROLES, SCENARIOS};
+use crate::catalog::Catalog;
 use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
 use crate::judge::assertions;
@@ -14,19 +14,19 @@ use crate::log::{Head, Log};
 use crate::recorded::{scenario_in, scenario_of};
 
 /// Reads and connects the scenario that the command line names.
-pub(super) fn assemble(args: &ScenarioArgs) -> Result<Assembly, Failure> {
-    assemble_for(args, &[])
+pub(super) fn assemble(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembly, Failure> {
+    assemble_for(catalog, args, &[])
 }
 
 /// The same for a run with these swaps: if one is for the plant of a single agent, every agent's plant is one of its own.
-pub(super) fn assemble_for(args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
-    let (file, text) = find(&args.scenario)?;
+pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
+    let (file, text) = find(catalog, &args.scenario)?;
     let mut selection = selection(args);
     if swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default())) {
         selection.overrides.push("plant.per_agent=true".into());
     }
-    let mut assembly = Assembly::load(&file, &text, &selection, &ROLES)?;
-    if SCENARIOS.iter().all(|shipped| shipped.file != file) {
+    let mut assembly = Assembly::load(&file, &text, &selection, &catalog.roles)?;
+    if catalog.scenarios.iter().all(|shipped| shipped.file != file) {
         assembly.scenario.folder = Path::new(&file).parent().map(Path::to_path_buf);
     }
     // What is wrong with an assertion is said before anything starts.
@@ -41,15 +41,15 @@ pub(super) fn names_one_plant(name: &str) -> bool {
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.
-pub(super) fn from_log(log: &Log) -> Result<Assembly, Failure> {
-    Ok(Assembly::new(scenario_of(log)?, &ROLES)?)
+pub(super) fn from_log(catalog: &Catalog, log: &Log) -> Result<Assembly, Failure> {
+    Ok(Assembly::new(scenario_of(log)?, &catalog.roles)?)
 }
 
 /// The scenario that a log holds, with its components; of the samples, none is read. `overrides` come on top.
-pub(super) fn from_head(log: &Path, overrides: Vec<String>) -> Result<Assembly, Failure> {
+pub(super) fn from_head(catalog: &Catalog, log: &Path, overrides: Vec<String>) -> Result<Assembly, Failure> {
     let head = Head::read(log)?;
     let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), overrides)?;
-    Ok(Assembly::new(scenario, &ROLES)?)
+    Ok(Assembly::new(scenario, &catalog.roles)?)
 }
 
 fn selection(args: &ScenarioArgs) -> Selection {
@@ -59,8 +59,8 @@ fn selection(args: &ScenarioArgs) -> Selection {
 }
 
 /// Name and text of a shipped scenario, or of a file.
-pub(super) fn find(name: &str) -> Result<(String, String), Failure> {
-    if let Some(shipped) = SCENARIOS.iter().find(|shipped| shipped.name == name) {
+pub(super) fn find(catalog: &Catalog, name: &str) -> Result<(String, String), Failure> {
+    if let Some(shipped) = catalog.scenario(name) {
         return Ok((shipped.file.into(), shipped.text.into()));
     }
     let path = Path::new(name);
@@ -72,7 +72,7 @@ pub(super) fn find(name: &str) -> Result<(String, String), Failure> {
         })?;
         return Ok((name.into(), text));
     }
-    let names = SCENARIOS.iter().map(|shipped| shipped.name);
+    let names = catalog.scenarios.iter().map(|shipped| shipped.name);
     let hint = nearest(name, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
     Err(Failure::Usage(format!(
         "no scenario is called `{name}`, and there is no such file{hint} `phalanx list` shows all"

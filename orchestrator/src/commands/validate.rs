@@ -3,11 +3,12 @@
 use serde_json::json;
 
 use super::select::assemble;
+use crate::catalog::Catalog;
 use crate::cli::ValidateArgs;
 use crate::failure::Failure;
 
-pub(crate) fn validate(args: &ValidateArgs) -> Result<(), Failure> {
-    let assembly = assemble(&args.scenario)?;
+pub(crate) fn validate(catalog: &Catalog, args: &ValidateArgs) -> Result<(), Failure> {
+    let assembly = assemble(catalog, &args.scenario)?;
     let scenario = &assembly.scenario;
     if args.print {
         print!("{}", scenario.to_toml());

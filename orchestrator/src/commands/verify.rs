@@ -7,6 +7,7 @@ use formation::wiring::Assembly;
 use serde_json::json;
 
 use super::select::assemble;
+use crate::catalog::Catalog;
 use crate::cli::{ScenarioArgs, VerifyArgs};
 use crate::failure::Failure;
 use crate::log::{Comparison, Log, compare};
@@ -19,9 +20,9 @@ use crate::run::swap::{RobotSwap, Swap};
 use crate::run::{Options, run};
 use crate::terminal::plain;
 
-pub(crate) fn verify(args: &VerifyArgs) -> Result<(), Failure> {
+pub(crate) fn verify(catalog: &Catalog, args: &VerifyArgs) -> Result<(), Failure> {
     match (&args.scenario, args.logs.as_slice()) {
-        (Some(scenario), _) => verify_scenario(scenario, args),
+        (Some(scenario), _) => verify_scenario(catalog, scenario, args),
         (None, [first, second]) => {
             let comparison = compare_files(first, second)?;
             if args.json {
@@ -88,15 +89,16 @@ struct Way {
     options: Options,
 }
 
-fn verify_scenario(scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
-    let assembly = assemble(&ScenarioArgs {
+fn verify_scenario(catalog: &Catalog, scenario: &str, args: &VerifyArgs) -> Result<(), Failure> {
+    let args_of_scenario = ScenarioArgs {
         scenario: scenario.into(),
         variant: args.variant.clone(),
         set: args.set.clone(),
         dt: None,
         duration: args.duration.clone(),
         seed: None,
-    })?;
+    };
+    let assembly = assemble(catalog, &args_of_scenario)?;
     let swaps = Swap::collect(&assembly, &[])?;
     if let Some(robot) = swaps.iter().find(|swap| swap.robot().is_some_and(RobotSwap::is_free)) {
         return Err(Failure::Usage(format!(

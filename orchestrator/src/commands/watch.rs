@@ -11,6 +11,7 @@ use processes::RunDirectory;
 use serde_json::json;
 
 use super::select_run::{choose, no_such_run};
+use crate::catalog::Catalog;
 use crate::cli::WatchArgs;
 use crate::failure::Failure;
 use crate::run::control::{Request, State, Status, ask};
@@ -26,7 +27,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// How long a run that is named may take until it is there: it may have been started a moment ago.
 const NAMED_PATIENCE: Duration = Duration::from_secs(3);
 
-pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
+pub(crate) fn watch(catalog: &Catalog, args: &WatchArgs) -> Result<(), Failure> {
     let leave = Arc::new(AtomicBool::new(false));
     let asked = leave.clone();
     ctrlc::set_handler(move || asked.store(true, SeqCst))
@@ -40,7 +41,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<(), Failure> {
              --placement processes or agents, or make a report of its log"
         )));
     }
-    let spectator = if single { None } else { Some(Spectator::join(&run)?) };
+    let spectator = if single { None } else { Some(Spectator::join(catalog, &run)?) };
     let web = match &spectator {
         Some(spectator) if args.web => Some(Web::start(args.port, spectator.history(), spectator.duration)?),
         _ => None,

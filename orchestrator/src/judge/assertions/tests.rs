@@ -5,7 +5,7 @@ use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
 use super::*;
-use crate::catalog::{ROLES, SCENARIOS};
+use schemes::{ROLES, SCENARIOS};
 
 /// The drones with these assertions instead of their own.
 fn drones(assertions: &str) -> Assembly {

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::parse::parse;
 use super::{Claim, Claims};
-use crate::catalog::SCENARIOS;
+use schemes::SCENARIOS;
 
 /// A scenario with the variants A, B-2 and `C (old)`.
 fn scenario(claims: &str) -> Scenario {

@@ -7,9 +7,9 @@
 mod file;
 mod pdf;
 mod pixels;
+mod published;
 mod sheet;
 mod style;
-mod thesis;
 mod trajectories;
 
 use std::path::{Path, PathBuf};
@@ -20,9 +20,9 @@ use kuva::render::render::Scene;
 use crate::failure::Failure;
 use crate::show::view::{Curve, Grid, Kind, Panel, Subject, View, panels};
 use file::store;
+pub(crate) use published::{Missing, write as write_published};
 use sheet::{Line, Plot};
 use style::Entry;
-pub(crate) use thesis::{Missing, write as write_thesis};
 
 /// How a figure is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

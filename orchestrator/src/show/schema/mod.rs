@@ -10,16 +10,15 @@ use schemars::SchemaGenerator;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-use crate::catalog::ROLES;
+use crate::catalog::Catalog;
 use crate::judge::claims::Claims;
-use crate::judge::metrics::SETS;
 use document::tidy;
 pub use page::page;
 use relax::relax;
 
 /// The JSON Schema (draft 7, which all editors read) of scenario files.
-pub fn schema() -> Value {
-    let mut properties = properties();
+pub fn schema(catalog: &Catalog) -> Value {
+    let mut properties = properties(catalog);
     let relaxed: Map<String, Value> = properties.iter().map(|(name, schema)| (name.clone(), relax(schema))).collect();
     properties.insert(
         "variants".into(),
@@ -40,20 +39,20 @@ pub fn schema() -> Value {
 }
 
 /// Every key of a scenario file but `variants`, in their order.
-fn properties() -> Map<String, Value> {
+fn properties(catalog: &Catalog) -> Map<String, Value> {
     let mut generator = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
     let mut known = sections(&mut generator);
     let mut properties = Map::new();
     for name in SECTIONS.iter().filter(|name| **name != "variants") {
         let schema = match (Role::ALL.into_iter().find(|role| role.name() == *name), *name) {
-            (Some(role), _) => section(role, &mut generator),
+            (Some(role), _) => section(catalog, role, &mut generator),
             (None, "claims") => json!({
                 "type": "array",
                 "items": Claims::schema(&mut generator),
                 "description": "What must hold between the variants.",
             }),
             (None, "metrics") => {
-                let names: Vec<&str> = SETS.iter().map(|set| set.name).collect();
+                let names: Vec<&str> = catalog.metrics.iter().map(|set| set.name).collect();
                 json!({ "enum": names, "description": "The set of metrics that is computed at the end." })
             }
             _ => known.remove(name).map(Value::from).unwrap_or_default(),
@@ -64,8 +63,8 @@ fn properties() -> Map<String, Value> {
 }
 
 /// The section of a role: the parameters of one of its components, and how often it runs.
-fn section(role: Role, generator: &mut SchemaGenerator) -> Value {
-    let mut kinds: Vec<Value> = ROLES.of(role).iter().map(|kind| component(role, kind, generator)).collect();
+fn section(catalog: &Catalog, role: Role, generator: &mut SchemaGenerator) -> Value {
+    let mut kinds: Vec<Value> = catalog.roles.of(role).iter().map(|kind| component(role, kind, generator)).collect();
     if role == Role::Observer {
         kinds.push(json!({
             "type": "object",
@@ -102,22 +101,3 @@ fn component(role: Role, kind: &Kind, generator: &mut SchemaGenerator) -> Value 
         "additionalProperties": false,
     })
 }
-
-/// Holds a page of the documentation that is made by this program against what it makes now. With `PHALANX_WRITE_PAGES` set,
-/// writes it instead.
-#[cfg(test)]
-pub(crate) fn compare_page(name: &str, made: &str) {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
-    if std::env::var_os("PHALANX_WRITE_PAGES").is_some() {
-        std::fs::write(&path, made).expect("a page");
-    }
-    let found = std::fs::read_to_string(&path).unwrap_or_default();
-    let differs = made.lines().zip(found.lines()).find(|(made, found)| made != found);
-    assert!(
-        found == made,
-        "docs/{name} is out of date, first here: {differs:?}; PHALANX_WRITE_PAGES=1 cargo test --release -p orchestrator --lib page"
-    );
-}
-
-#[cfg(test)]
-mod tests;

@@ -5,14 +5,15 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::{Role, properties};
+use crate::catalog::Catalog;
 
 /// The page, Markdown.
-pub fn page() -> String {
+pub fn page(catalog: &Catalog) -> String {
     let mut page = String::from(
         "# Every field of a scenario\n\nMade from the types that read the file, like `phalanx schema`; a number may be a formula \
          of constants, such as `\"pi/4\"`.\nWhat the sections are for is told in [Scenario files](scenarios.md).\n\n## Top level\n",
     );
-    let properties = properties();
+    let properties = properties(catalog);
     let role = |name: &str| Role::ALL.into_iter().any(|role| role.name() == name);
     let plain = |schema: &Value| schema.get("properties").is_none() && schema["items"].get("properties").is_none();
     let single = properties.iter().filter(|(name, schema)| !role(name) && plain(schema));

@@ -6,7 +6,7 @@ use formation::scenario::Scenario;
 use formation::wiring::Assembly;
 use lockstep::{Field, Shape};
 
-use crate::catalog::ROLES;
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
@@ -37,7 +37,7 @@ impl Subject {
     ///
     /// # Errors
     /// [`Failure::Log`] if it cannot be read, [`Failure::Usage`] if there is no complete step in it.
-    pub fn open(path: &Path) -> Result<Self, Failure> {
+    pub fn open(catalog: &Catalog, path: &Path) -> Result<Self, Failure> {
         let log = Log::open(path)?;
         if log.steps().is_empty() {
             let path = path.display();
@@ -45,9 +45,9 @@ impl Subject {
         }
         let mut caveats = Vec::new();
         let scenario = scenario_of(&log).map_err(|failure| caveats.push(unreadable(&failure))).ok();
-        let verdict = scenario
-            .as_ref()
-            .and_then(|scenario| Verdict::of(scenario, &log).map_err(|error| caveats.push(error.to_string())).ok());
+        let verdict = scenario.as_ref().and_then(|scenario| {
+            Verdict::of(catalog, scenario, &log).map_err(|error| caveats.push(error.to_string())).ok()
+        });
         if !log.is_complete() {
             caveats.push("The run was killed; the log ends where its last complete block ended.".into());
         } else if let Some(scenario) = &scenario {
@@ -56,7 +56,7 @@ impl Subject {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
-        let evaluate = |scenario: &Scenario| Watch::replay(&Assembly::new(scenario.clone(), &ROLES)?, &log);
+        let evaluate = |scenario: &Scenario| Watch::replay(&Assembly::new(scenario.clone(), &catalog.roles)?, &log);
         let findings = scenario.as_ref().and_then(|scenario| {
             evaluate(scenario).map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
         });

@@ -8,7 +8,7 @@ use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::ChannelId;
 use processes::{LookError, Onlooker, RunDirectory};
 
-use crate::catalog::ROLES;
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::show::view::{Grid, Subject, panels};
@@ -43,13 +43,13 @@ impl Spectator {
     ///
     /// # Errors
     /// [`Failure`] if it is over or has no channels that can be looked at from outside.
-    pub(crate) fn join(run: &str) -> Result<Self, Failure> {
+    pub(crate) fn join(catalog: &Catalog, run: &str) -> Result<Self, Failure> {
         let path = RunDirectory::path_of(run).join(SCENARIO_FILE);
         let text = std::fs::read_to_string(&path).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => Failure::Usage(format!("the run {run} is over")),
             _ => Failure::system(format!("read {}", path.display()))(error),
         })?;
-        let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES)?;
+        let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &catalog.roles)?;
         let (scenario, network) = (assembly.scenario, assembly.network);
         let metadata: BTreeMap<String, String> =
             [("scenario", &scenario.name), ("variant", &scenario.variant)].map(|(k, v)| (k.into(), v.clone())).into();

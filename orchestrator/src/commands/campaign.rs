@@ -1,21 +1,22 @@
-//! `phalanx thesis`.
+//! `phalanx campaign`.
 
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 
-use crate::cli::{TableFormat, ThesisArgs};
+use crate::campaign::{as_json, as_markdown, as_text, run_all};
+use crate::catalog::Catalog;
+use crate::cli::{CampaignArgs, TableFormat};
 use crate::failure::Failure;
-use crate::thesis::{as_json, as_markdown, as_text, run_all};
 
-pub(crate) fn thesis(args: &ThesisArgs) -> Result<(), Failure> {
+pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Failure> {
     let folder = Scratch::new()?;
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:32.cyan/dim} {pos} of {len} runs, {msg}") {
         bar.set_style(style);
     }
-    let campaign = run_all(&args.scenarios, &folder.0, |done, all, name| {
+    let campaign = run_all(catalog, &args.scenarios, &folder.0, |done, all, name| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
         bar.set_message(name.to_string());
@@ -40,7 +41,7 @@ pub(crate) fn thesis(args: &ThesisArgs) -> Result<(), Failure> {
     if campaign.ok() { Ok(()) } else { Err(Failure::Missed) }
 }
 
-fn command(args: &ThesisArgs) -> String {
+fn command(args: &CampaignArgs) -> String {
     let names: String = args.scenarios.iter().map(|name| format!(" {name}")).collect();
     format!("phalanx thesis{names} --format markdown")
 }

@@ -3,20 +3,27 @@
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
-use super::catalog::{Kind, figures};
+use super::catalog::{Figure, Kind, figures};
 use super::curves::integrated;
-use crate::catalog::{ROLES, SCENARIOS};
+use crate::catalog::Catalog;
 use crate::judge::assertions::check;
 
+/// The figures of the thesis.
+fn own_figures() -> Vec<Figure> {
+    let text = include_str!("../../../../../thesis/src/figures.toml");
+    figures(&Catalog { figures: vec![text], ..Catalog::empty() }).expect("a valid catalogue")
+}
+
 fn assembly(scenario: &str, variant: &str) -> Assembly {
-    let shipped = SCENARIOS.iter().find(|shipped| shipped.name == scenario).expect("a scenario that is shipped");
+    let shipped =
+        schemes::SCENARIOS.iter().find(|shipped| shipped.name == scenario).expect("a scenario that is shipped");
     let selection = Selection { variant: Some(variant.into()), overrides: Vec::new() };
-    Assembly::load(shipped.file, shipped.text, &selection, &ROLES).expect("a valid variant")
+    Assembly::load(shipped.file, shipped.text, &selection, &schemes::ROLES).expect("a valid variant")
 }
 
 #[test]
 fn every_figure_shows_what_its_variants_have() {
-    for figure in figures() {
+    for figure in own_figures() {
         let number = &figure.number;
         assert!(figure.plots.is_empty() == (figure.kind == Kind::Trajectories), "{number}");
         for variant in &figure.variants {
@@ -34,12 +41,18 @@ fn every_figure_shows_what_its_variants_have() {
 
 #[test]
 fn numbers_and_names_of_figures_are_their_own() {
-    let mut names: Vec<String> = figures().iter().map(|figure| figure.file_name()).collect();
+    let mut names: Vec<String> = own_figures().iter().map(|figure| figure.file_name()).collect();
     assert!(names.contains(&"fig-7-03-high-level-tracking-errors".into()), "{names:?}");
     assert!(names.is_sorted(), "the figures are in the order of the thesis: {names:?}");
     let all = names.len();
     names.dedup_by_key(|name| name[..8].to_string());
     assert_eq!(names.len(), all);
+}
+
+#[test]
+fn a_catalogue_that_is_not_valid_is_refused() {
+    let wrong = figures(&Catalog { figures: vec!["[[figure]]\nnumber = 1"], ..Catalog::empty() });
+    assert!(wrong.is_err_and(|error| error.starts_with("the catalogue of figures is not valid: ")));
 }
 
 #[test]

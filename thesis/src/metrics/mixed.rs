@@ -2,8 +2,10 @@
 
 use formation::wiring::Role;
 
-use super::{Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm, norm_between};
-use crate::log::Series;
+use orchestrator::judge::metrics::{
+    Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm, norm_between,
+};
+use orchestrator::log::Series;
 
 /// Norms of every robot over time: outer index the robot, inner one the sample.
 struct Norms {

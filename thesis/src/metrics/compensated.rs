@@ -3,7 +3,7 @@
 use formation::wiring::Role;
 
 use super::speed_formation::SpeedFormation;
-use super::{Metric, MetricError, Run, maximum, maximum_from, norm, norm_between};
+use orchestrator::judge::metrics::{Metric, MetricError, Run, maximum, maximum_from, norm, norm_between};
 
 /// Level below which every ‖Ẽ_i‖ has to settle; the bound of the thesis.
 const UNCERTAINTY_LEVEL: f64 = 2.1e-3;

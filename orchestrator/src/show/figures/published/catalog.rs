@@ -1,22 +1,24 @@
-//! What the figures show: the file `assets/thesis-figures.toml`.
+//! What published figures show: the catalogues of figures of a [`Catalog`].
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
 use serde::Deserialize;
 
+use crate::catalog::Catalog;
 pub(super) use crate::judge::assertions::Across;
-use crate::judge::metrics::Derived;
 
-const TEXT: &str = include_str!("../../../../assets/thesis-figures.toml");
-
-/// All figures, in their order.
-pub(super) fn figures() -> &'static [Figure] {
-    static FIGURES: LazyLock<Vec<Figure>> = LazyLock::new(|| {
-        let file: File = toml::from_str(TEXT).expect("the program's own file; a test reads it");
-        file.figures
-    });
-    &FIGURES
+/// All figures of a catalog, in their order.
+///
+/// # Errors
+/// In words, if a catalogue of figures is not valid.
+pub(super) fn figures(catalog: &Catalog) -> Result<Vec<Figure>, String> {
+    let mut figures = Vec::new();
+    for text in &catalog.figures {
+        let file: File =
+            toml::from_str(text).map_err(|error| format!("the catalogue of figures is not valid: {error}"))?;
+        figures.extend(file.figures);
+    }
+    Ok(figures)
 }
 
 #[derive(Deserialize)]
@@ -73,7 +75,7 @@ pub(super) struct Quantity {
     #[serde(default)]
     pub(super) instead: BTreeMap<String, String>,
     /// A quantity that no participant publishes.
-    pub(super) derived: Option<Derived>,
+    pub(super) derived: Option<String>,
     /// Numbers of two agents whose distance it shows.
     pub(super) pair: Option<[usize; 2]>,
     /// Numbers of the agents that it shows, if not all.

@@ -6,8 +6,8 @@
 use formation::formula::Jet;
 use formation::wiring::Role;
 
-use super::{Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between};
-use crate::log::Series;
+use orchestrator::judge::metrics::{Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between};
+use orchestrator::log::Series;
 
 /// Coordinates of an agent.
 const D: usize = 3;

@@ -4,10 +4,10 @@ use formation::nalgebra::Vector2;
 use formation::scenario::Boundary;
 use formation::wiring::Role;
 
-use super::{
+use orchestrator::judge::metrics::{
     Metric, MetricError, Run, edges, first_below_for_good, maximum, maximum_from, norm, norm_between, one_norm_between,
 };
-use crate::log::Series;
+use orchestrator::log::Series;
 
 /// A reference that moves farther than this within one step has jumped, m.
 const JUMP: f64 = 0.05;

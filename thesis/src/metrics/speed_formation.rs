@@ -4,8 +4,10 @@ use formation::math::clip;
 use formation::vehicle::{MAX_COORDINATES, MAX_INPUTS, Vehicle};
 use formation::wiring::Role;
 
-use super::{Metric, MetricError, Run, first_below_for_good, maximum, square_sum, total_variation};
-use crate::log::Series;
+use orchestrator::judge::metrics::{
+    Metric, MetricError, Run, first_below_for_good, maximum, square_sum, total_variation,
+};
+use orchestrator::log::Series;
 
 /// The channels of a planar robot, as metrics call them.
 const CHANNELS: [&str; 3] = ["x", "y", "θ"];

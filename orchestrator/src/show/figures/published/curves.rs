@@ -3,6 +3,7 @@
 use formation::wiring::Assembly;
 
 use super::catalog::{Across, Quantity};
+use crate::catalog::Catalog;
 use crate::judge::assertions::history;
 use crate::judge::metrics::{Run, norm_between};
 use crate::log::Log;
@@ -13,6 +14,7 @@ use crate::log::Log;
 /// # Errors
 /// In words, if the log does not hold it.
 pub(super) fn histories(
+    catalog: &Catalog,
     plot: &Quantity,
     variant: &str,
     assembly: &Assembly,
@@ -26,9 +28,10 @@ pub(super) fn histories(
         None => (0..assembly.scenario.context.agents.len()).collect(),
     };
     let signal = plot.instead.get(variant).or(plot.signal.as_ref());
-    let each: Vec<Vec<f64>> = match (plot.derived, signal) {
+    let each: Vec<Vec<f64>> = match (&plot.derived, signal) {
         (Some(derived), _) => {
-            let mut all = derived.of(&Run::new(&assembly.scenario, log)).map_err(|error| error.to_string())?;
+            let signal = catalog.signal(derived).ok_or_else(|| format!("there is no derived signal `{derived}`"))?;
+            let mut all = (signal.compute)(&Run::new(&assembly.scenario, log)).map_err(|error| error.to_string())?;
             places.iter().map(|&place| std::mem::take(&mut all[place])).collect()
         }
         (None, Some(signal)) => {

@@ -2,11 +2,11 @@
 
 use formation::wiring::Role;
 
-use super::{
+use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, median, norm_between, square_sum,
     total_variation,
 };
-use crate::log::Series;
+use orchestrator::log::Series;
 
 /// The signals of all agents that the metrics need.
 struct Signals<'a> {

@@ -3,10 +3,10 @@
 use formation::scenario::Context;
 use formation::wiring::Role;
 
-use super::{
+use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum, total_variation,
 };
-use crate::log::Series;
+use orchestrator::log::Series;
 
 /// The signals of all agents that the metrics need.
 struct Signals<'a> {

@@ -5,7 +5,7 @@ use formation::nalgebra::Vector3;
 use formation::wiring::Role;
 
 use super::speed_formation::SpeedFormation;
-use super::{Metric, MetricError, Run, maximum_from, total_variation};
+use orchestrator::judge::metrics::{Metric, MetricError, Run, maximum_from, total_variation};
 
 /// Levels below which the norms of Ẽ, e, δ and u have to settle, and those that the thesis names for the first three.
 struct Levels {
@@ -90,7 +90,7 @@ fn reversals(run: &Run) -> Result<f64, MetricError> {
             reason: "the vehicles are no planar robots".into(),
         })?;
         for k in 0..samples {
-            let vector = |series: &[crate::log::Series]| Vector3::from_column_slice(series[i].row(k));
+            let vector = |series: &[orchestrator::log::Series]| Vector3::from_column_slice(series[i].row(k));
             let matrix = nominal.matrix(position[i].row(k)[2]);
             let asked = matrix * (vector(&maintenance) + vector(&consensus));
             let given = matrix * vector(&input);

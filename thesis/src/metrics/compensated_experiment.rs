@@ -10,8 +10,10 @@ use formation::wiring::Role;
 use plant::Laboratory;
 use plant::laboratory::LaboratoryRobot;
 
-use super::{Metric, MetricError, Run, maximum, norm, norm_between, square_sum, total_variation};
-use crate::log::Series;
+use orchestrator::judge::metrics::{
+    Metric, MetricError, Run, maximum, norm, norm_between, square_sum, total_variation,
+};
+use orchestrator::log::Series;
 
 /// When the formation has settled, s.
 const SETTLED: f64 = 25.0;

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use formation::config::Problem;
-use formation::scenario::Selection;
+use formation::scenario::{Selection, Shipped};
 use formation::wiring::Assembly;
 
-use crate::catalog::{ROLES, Shipped};
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::Findings;
 use crate::judge::verdict::Verdict;
@@ -56,9 +56,9 @@ impl Job {
     ///
     /// # Errors
     /// [`Failure`] if it cannot start or its log cannot be read; a run that stops early is no error.
-    pub fn carry_out(&self, folder: &Path) -> Result<JobResult, Failure> {
+    pub fn carry_out(&self, catalog: &Catalog, folder: &Path) -> Result<JobResult, Failure> {
         let selection = Selection { variant: Some(self.variant.clone()), overrides: self.with.clone() };
-        let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &ROLES)
+        let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &catalog.roles)
             .map_err(|problems: Vec<Problem>| Failure::Invalid(problems))?;
         let log = TemporaryLog(folder.join(format!("{}.mcap", self.name().replace(['/', ' '], "-"))));
         let options = Options { scene: false, ..Options::new(Placement::Single, Some(log.0.clone())) };
@@ -66,7 +66,7 @@ impl Job {
         let recorded = Log::open(&log.0)?;
         let verdict = match recorded.steps().is_empty() {
             true => None,
-            false => Some(Verdict::of(&assembly.scenario, &recorded)?),
+            false => Some(Verdict::of(catalog, &assembly.scenario, &recorded)?),
         };
         let stopped = outcome.ending.reason();
         let findings = outcome.findings;

@@ -1,4 +1,4 @@
-//! All scenarios with all variants, held against the thesis: what `phalanx thesis` does.
+//! All scenarios of a catalog with all their variants, compared with their bands and claims: what `phalanx campaign` does.
 
 mod campaign;
 mod claims;

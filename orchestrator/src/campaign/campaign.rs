@@ -4,10 +4,10 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use formation::scenario::{Scenario, Selection};
+use formation::scenario::{Scenario, Selection, Shipped};
 
 use super::{ClaimRow, Job, JobResult};
-use crate::catalog::{SCENARIOS, Shipped};
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::claims::{Claim, Claims};
 
@@ -55,20 +55,21 @@ impl Campaign {
 /// # Errors
 /// [`Failure`] of the first run that cannot be carried out; an unknown name.
 pub fn run_all(
+    catalog: &Catalog,
     names: &[String],
     folder: &Path,
     report: impl Fn(usize, usize, &str) + Sync,
 ) -> Result<Campaign, Failure> {
-    let selected = select(names)?;
-    let jobs = jobs(&selected)?;
-    let results = carry_out(&jobs, folder, &report)?;
+    let selected = select(catalog, names)?;
+    let jobs = jobs(catalog, &selected)?;
+    let results = carry_out(catalog, &jobs, folder, &report)?;
     let results: Vec<(Job, JobResult)> = jobs.into_iter().zip(results).collect();
     let claims = selected.iter().flat_map(|selected| ClaimRow::all(selected, &results)).collect();
     Ok(Campaign { selected, results, claims })
 }
 
-fn select(names: &[String]) -> Result<Vec<Selected>, Failure> {
-    if let Some(unknown) = names.iter().find(|name| SCENARIOS.iter().all(|shipped| shipped.name != name.as_str())) {
+fn select(catalog: &Catalog, names: &[String]) -> Result<Vec<Selected>, Failure> {
+    if let Some(unknown) = names.iter().find(|name| catalog.scenario(name).is_none()) {
         return Err(Failure::Usage(format!("no scenario is called `{unknown}`; `phalanx list` shows all")));
     }
     let wanted = |shipped: &&Shipped| names.is_empty() || names.iter().any(|name| name == shipped.name);
@@ -81,15 +82,14 @@ fn select(names: &[String]) -> Result<Vec<Selected>, Failure> {
         let claims = Claims::read(&scenario).map_err(|problem| vec![problem])?;
         Ok(Selected { scenario, claims })
     };
-    SCENARIOS.iter().filter(wanted).map(load).filter(counts).collect()
+    catalog.scenarios.iter().filter(wanted).map(load).filter(counts).collect()
 }
 
-fn jobs(selected: &[Selected]) -> Result<Vec<Job>, Failure> {
+fn jobs(catalog: &Catalog, selected: &[Selected]) -> Result<Vec<Job>, Failure> {
     let mut jobs: Vec<Job> = Vec::new();
     for Selected { scenario, claims } in selected {
-        let shipped = *SCENARIOS
-            .iter()
-            .find(|shipped| shipped.name == scenario.name)
+        let shipped = *catalog
+            .scenario(&scenario.name)
             .ok_or_else(|| Failure::Usage(format!("the scenario {} has another name in its file", scenario.name)))?;
         let variants = scenario.variants.iter().map(|variant| (variant.clone(), Vec::new()));
         let demanded = claims
@@ -106,6 +106,7 @@ fn jobs(selected: &[Selected]) -> Result<Vec<Job>, Failure> {
 }
 
 fn carry_out(
+    catalog: &Catalog,
     jobs: &[Job],
     folder: &Path,
     report: &(impl Fn(usize, usize, &str) + Sync),
@@ -118,7 +119,7 @@ fn carry_out(
         for _ in 0..threads.min(jobs.len()) {
             scope.spawn(|| {
                 while let Some((job, slot)) = take(&next, jobs, &slots) {
-                    let result = job.carry_out(folder);
+                    let result = job.carry_out(catalog, folder);
                     report(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len(), &job.name());
                     *slot.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(result);
                 }

@@ -16,7 +16,7 @@ use std::time::Duration;
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 use lockstep::{Fault, HEADER_BYTES, Header, Io, Participant, Plan, Slice, Status, Step};
-use orchestrator::catalog::ROLES;
+use schemes::ROLES;
 use rustix::io::FdFlags;
 use rustix::process::{Pid, Signal, getpid, getppid, getuid, kill_process};
 use serde_json::{Value, json};

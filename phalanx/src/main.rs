@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    orchestrator::cli::main()
+    phalanx::main(&phalanx::thesis::catalog())
 }

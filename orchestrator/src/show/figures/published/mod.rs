@@ -1,4 +1,4 @@
-//! The figures of the thesis that show results, drawn from logs, by their numbers.
+//! Published figures, drawn again from logs, by their numbers.
 
 mod catalog;
 mod curves;
@@ -16,7 +16,7 @@ use super::file::store;
 use super::sheet::{self, Line, Plot};
 use super::style::{self, Entry};
 use super::{POINTS, WIDTH, trajectories};
-use crate::catalog::ROLES;
+use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::show::figures::FigureFormat;
 use crate::show::view::{Grid, Subject};
@@ -36,18 +36,19 @@ pub(crate) struct Missing {
     pub(crate) variants: Vec<String>,
 }
 
-/// Writes the figures of the thesis for which there are logs into `folder`; their files, and the figures for which logs of other
+/// Writes the published figures for which there are logs into `folder`; their files, and the figures for which logs of other
 /// variants are missing.
 ///
 /// # Errors
 /// [`Failure::System`] if a file cannot be written, [`Failure::Usage`] if a log does not hold what a figure shows.
 pub(crate) fn write(
+    catalog: &Catalog,
     subjects: &[Subject],
     folder: &Path,
     format: FigureFormat,
 ) -> Result<(Vec<PathBuf>, Vec<Missing>), Failure> {
     let (mut written, mut missing) = (Vec::new(), Vec::new());
-    for figure in figures() {
+    for figure in &figures(catalog).map_err(Failure::Usage)? {
         let of = |variant: &String| subjects.iter().find(|subject| is(subject, &figure.scenario, variant));
         let found: Vec<Option<&Subject>> = figure.variants.iter().map(of).collect();
         let runs: Vec<&Subject> = found.iter().copied().flatten().collect();
@@ -63,7 +64,7 @@ pub(crate) fn write(
             });
             continue;
         }
-        let scene = draw(figure, &runs)
+        let scene = draw(catalog, figure, &runs)
             .map_err(|why| Failure::Usage(format!("figure {} cannot be drawn: {why}", figure.number)))?;
         written.push(store(folder, &figure.file_name(), scene, format)?);
     }
@@ -75,10 +76,10 @@ fn is(subject: &Subject, scenario: &str, variant: &str) -> bool {
     subject.scenario.as_ref().is_some_and(|own| own.name == scenario && own.variant == variant)
 }
 
-fn draw(figure: &Figure, runs: &[&Subject]) -> Result<Scene, String> {
+fn draw(catalog: &Catalog, figure: &Figure, runs: &[&Subject]) -> Result<Scene, String> {
     match figure.kind {
         Kind::Trajectories => trajectories::draw(runs[0]).ok_or("there are no positions".into()),
-        Kind::Lines | Kind::Bands => Drawing::new(figure, runs)?.draw(),
+        Kind::Lines | Kind::Bands => Drawing::new(catalog, figure, runs)?.draw(),
     }
 }
 
@@ -93,16 +94,18 @@ struct Source<'a> {
 }
 
 struct Drawing<'a> {
+    catalog: &'a Catalog,
     figure: &'a Figure,
     sources: Vec<Source<'a>>,
     span: [f64; 2],
 }
 
 impl<'a> Drawing<'a> {
-    fn new(figure: &'a Figure, runs: &[&'a Subject]) -> Result<Self, String> {
+    fn new(catalog: &'a Catalog, figure: &'a Figure, runs: &[&'a Subject]) -> Result<Self, String> {
         let source = |(subject, variant): (&&'a Subject, &'a String)| {
             let scenario = subject.scenario.clone().ok_or("the log holds no scenario")?;
-            let assembly = Assembly::new(scenario, &ROLES).map_err(|_| "the scenario of the log is not valid")?;
+            let assembly =
+                Assembly::new(scenario, &catalog.roles).map_err(|_| "the scenario of the log is not valid")?;
             let shown = |sample: &usize| figure.until.is_none_or(|end| subject.time(*sample) <= end + 1e-9);
             let samples = (0..subject.samples()).take_while(shown).count();
             Ok::<_, String>(Source { subject, assembly, variant, grid: Grid::new(samples, POINTS), samples })
@@ -110,7 +113,7 @@ impl<'a> Drawing<'a> {
         let sources = runs.iter().zip(&figure.variants).map(source).collect::<Result<Vec<_>, _>>()?;
         let ends = sources.iter().map(|source| source.subject.time(source.samples - 1));
         let span = [0.0, ends.fold(0.0, f64::max)];
-        Ok(Self { figure, sources, span })
+        Ok(Self { catalog, figure, sources, span })
     }
 
     fn draw(&self) -> Result<Scene, String> {
@@ -158,7 +161,7 @@ impl<'a> Drawing<'a> {
 
     /// What a plot shows of a run: one history, or one for each agent.
     fn values(&self, plot: &Quantity, source: &Source) -> Result<Vec<(usize, Vec<f64>)>, String> {
-        let mut all = histories(plot, source.variant, &source.assembly, &source.subject.log)?;
+        let mut all = histories(self.catalog, plot, source.variant, &source.assembly, &source.subject.log)?;
         if plot.integral {
             let dt = source.assembly.scenario.context.timing.dt;
             all.iter_mut().for_each(|(_, values)| integrated(values, dt));

@@ -1,0 +1,37 @@
+//! What is computed from a log: one file per scheme, a set of metrics each.
+
+mod cida;
+mod compensated;
+mod compensated_experiment;
+mod dsm;
+mod limited_information;
+mod lp_regulation;
+mod mixed;
+mod rca;
+mod speed_formation;
+mod uav;
+
+use orchestrator::judge::metrics::{DerivedSignal, MetricSet};
+
+/// All sets of metrics.
+pub const SETS: &[MetricSet] = &[
+    MetricSet { name: "dsm", compute: dsm::compute },
+    MetricSet { name: "rca", compute: rca::compute },
+    MetricSet { name: "limited-information", compute: limited_information::compute },
+    MetricSet { name: "cida", compute: cida::compute },
+    MetricSet { name: "compensated", compute: compensated::compute },
+    MetricSet { name: "compensated-experiment", compute: compensated_experiment::compute },
+    MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
+    MetricSet { name: "uav", compute: uav::compute },
+    MetricSet { name: "mixed", compute: mixed::compute },
+];
+
+/// Quantities of figures that no participant publishes.
+pub const SIGNALS: &[DerivedSignal] = &[
+    // ‖E - Ê‖ of robots that are commanded by speeds: their whole uncertainty, that of the wheels' effect included.
+    DerivedSignal { name: "uncertainty_error", compute: speed_formation::uncertainty_error },
+    // ‖E - Ê‖ of a network that learns `dw/dt + (k + λ) w`.
+    DerivedSignal { name: "network_error", compute: dsm::network_error },
+    // ‖s‖ made of the true velocities, which the controller does not know.
+    DerivedSignal { name: "sliding", compute: limited_information::sliding },
+];
