@@ -1,6 +1,17 @@
 //! From a scenario file to a run, its log, and what comes out of it: the framework behind the program `phalanx`.
 //!
-//! It knows no scheme: [`cli::main`] is given a [`catalog::Catalog`].
+//! It knows no scheme: [`main`] is given a [`Catalog`]. So a program with schemes of your own is
+//!
+//! ```no_run
+//! fn main() -> std::process::ExitCode {
+//!     let mut catalog = orchestrator::Catalog::empty();
+//!     // catalog.roles.add(Role::Controller, [Kind::of::<Mine>("mine", "what it does")]);
+//!     // catalog.scenarios.push(...); catalog.metrics.push(...);
+//!     orchestrator::main(&catalog)
+//! }
+//! ```
+//!
+//! `examples/own-catalog` is a complete package.
 //!
 //! | module | what it does |
 //! |---|---|
@@ -30,3 +41,8 @@ pub mod recorded;
 pub mod run;
 pub mod show;
 pub mod trial;
+
+pub use catalog::Catalog;
+pub use cli::main;
+pub use formation;
+pub use lockstep;

@@ -16,9 +16,9 @@ use std::time::Duration;
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 use lockstep::{Fault, HEADER_BYTES, Header, Io, Participant, Plan, Slice, Status, Step};
-use schemes::ROLES;
 use rustix::io::FdFlags;
 use rustix::process::{Pid, Signal, getpid, getppid, getuid, kill_process};
+use schemes::ROLES;
 use serde_json::{Value, json};
 
 /// Where a process of a run finds what belongs to it.

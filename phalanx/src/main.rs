@@ -1,7 +1,7 @@
-//! The program `phalanx`.
+//! The program `phalanx`: the framework with the schemes of this repository.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    phalanx::main(&phalanx::thesis::catalog())
+    orchestrator::main(&thesis::catalog())
 }
