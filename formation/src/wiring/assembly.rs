@@ -139,7 +139,7 @@ pub struct Assembly {
     /// Role and agents of every node of the network.
     pub nodes: Vec<NodeRole>,
     signals: Signals,
-    components: Vec<(Role, &'static Kind, Box<dyn Component>)>,
+    components: Vec<(Role, Kind, Box<dyn Component>)>,
 }
 
 impl Assembly {
@@ -166,10 +166,7 @@ impl Assembly {
         if problems.is_empty() { Self::of(scenario, components) } else { Err(problems.into_vec()) }
     }
 
-    fn of(
-        scenario: Scenario,
-        components: Vec<(Role, &'static Kind, Box<dyn Component>)>,
-    ) -> Result<Self, Vec<Problem>> {
+    fn of(scenario: Scenario, components: Vec<(Role, Kind, Box<dyn Component>)>) -> Result<Self, Vec<Problem>> {
         let signals = declare(&scenario, &components);
         let nodes = node_roles(&scenario, &components);
         let mut assembly = Self {
@@ -249,7 +246,7 @@ fn read_components(
     scenario: &Scenario,
     roles: &Roles,
     problems: &mut Problems,
-) -> Vec<(Role, &'static Kind, Box<dyn Component>)> {
+) -> Vec<(Role, Kind, Box<dyn Component>)> {
     let mut components = Vec::new();
     for role in Role::ALL {
         if scenario.component(role).is_none() {
@@ -269,7 +266,7 @@ pub(super) fn read_component(
     role: Role,
     kinds: &[Kind],
     problems: &mut Problems,
-) -> Option<(Role, &'static Kind, Box<dyn Component>)> {
+) -> Option<(Role, Kind, Box<dyn Component>)> {
     let (kind, parameters) = split_kind(scenario.section(role.name())?, role, kinds, problems)?;
     let component = (kind.read)(&parameters, role.name(), problems)?;
     for (field, message) in component.check(&scenario.context).findings {
@@ -310,7 +307,7 @@ fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut P
     }
 }
 
-fn declare(scenario: &Scenario, components: &[(Role, &'static Kind, Box<dyn Component>)]) -> Signals {
+fn declare(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Signals {
     let mut signals = Signals::default();
     for (role, _, component) in components {
         for agent in 0..scenario.context.agents.len() {
@@ -325,7 +322,7 @@ fn declare(scenario: &Scenario, components: &[(Role, &'static Kind, Box<dyn Comp
     signals
 }
 
-fn node_roles(scenario: &Scenario, components: &[(Role, &'static Kind, Box<dyn Component>)]) -> Vec<NodeRole> {
+fn node_roles(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Vec<NodeRole> {
     let agents: Vec<usize> = (0..scenario.context.agents.len()).collect();
     let mut nodes = Vec::new();
     for &(role, ..) in components {
