@@ -98,10 +98,10 @@ fn run(folder: &Folder, participant: &str, fault: &str, moment: &str) -> (i32, S
     (end.code(), end.stderr())
 }
 
-/// The log of the run in which nobody fails.
-fn undisturbed(folder: &Folder) -> Vec<u8> {
+/// The samples of the run in which no participant fails.
+fn undisturbed(folder: &Folder) -> String {
     assert_eq!(folder.run(&[&RUN[..], &["calm.mcap"]].concat()).code(), 1, "so short a run misses its bands");
-    std::fs::read(folder.path("calm.mcap")).expect("a log")
+    folder.samples("calm.mcap")
 }
 
 /// Lets every fault happen to a participant at a moment, those that take time at once.
@@ -128,8 +128,8 @@ fn each(participant: &str, moment: &str, becomes: impl Fn(&Fault) -> Becomes + S
                 }
             }
             Complete => {
-                assert_eq!(code, 1, "{what}");
-                assert!(std::fs::read(folder.path(&log)).expect("a log") == *calm, "the log is another one: {what}");
+                assert!(code <= 1, "{what}");
+                assert_eq!(folder.samples(&log), *calm, "the samples are others: {what}");
             }
             Impossible => {}
         }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use orchestrator::log::Log;
 use serde_json::Value;
 
 /// A folder of its own for one test, removed at the end.
@@ -42,6 +43,11 @@ impl Folder {
     /// Runs the program to its end.
     pub(crate) fn run(&self, arguments: &[&str]) -> Finished {
         Finished(self.phalanx(arguments).stdin(Stdio::null()).output().expect("the program starts"))
+    }
+
+    /// The digest of all samples of a log. Two logs may have the same samples and differ in what they say of who played whom.
+    pub(crate) fn samples(&self, log: &str) -> String {
+        Log::open(&self.path(log)).unwrap_or_else(|error| panic!("{error}")).digest()
     }
 
     /// Starts the program and leaves it running.

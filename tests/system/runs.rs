@@ -89,9 +89,9 @@ fn a_swapped_participant_gives_the_same_log() {
     let folder = Folder::new();
     let short = ["run", "uav", "--duration", "1", "-q", "--json"];
     let own = format!("controller.3={} participant", env!("CARGO_BIN_EXE_phalanx"));
-    let swapped = folder.run(&[&short[..], &["--out", "a.mcap", "--swap", &own]].concat()).json();
-    let plain = folder.run(&[&short[..], &["--out", "b.mcap"]].concat()).json();
-    assert_eq!(swapped["sha256"], plain["sha256"]);
+    folder.run(&[&short[..], &["--out", "a.mcap", "--swap", &own]].concat());
+    folder.run(&[&short[..], &["--out", "b.mcap"]].concat());
+    assert_eq!(folder.samples("a.mcap"), folder.samples("b.mcap"));
     let log = std::fs::read(folder.path("b.mcap")).expect("the log");
     let lost = ["--out", "b.mcap", "--swap", "controller.3=./no_such_program"];
     let missing = folder.run(&[&short[..], &lost].concat());
