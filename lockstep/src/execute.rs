@@ -2,7 +2,7 @@
 //!
 //! Only a crate that carries out runs needs this.
 
-use crate::{Channel, Fault, Header, Io, Network, Participant, Ports, Status, Step, Store};
+use crate::{Channel, Fault, Header, Io, Network, Participant, Period, Ports, Status, Step, Store};
 
 /// A participant in its place in the network.
 pub(crate) struct Member {
@@ -92,8 +92,8 @@ impl Place {
 }
 
 /// The header of all fresh samples of a step, but for the agent.
-pub fn stamp(step: &Step, period_ns: u64) -> Header {
-    Header::new(step.index, period_ns, 0, Status::Fresh)
+pub fn stamp(step: &Step, period: Period) -> Header {
+    Header::new(step.index, period, 0, Status::Fresh)
 }
 
 /// A number that is not finite would spread over the whole formation within a few steps; it is stopped where it arises.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 use crate::execute::{Member, stamp};
-use crate::{Fault, LoopError, Network, Participant, Step, Store};
+use crate::{Fault, LoopError, Network, Participant, Period, Step, Store};
 
 /// One step in so many is timed: reading the clock around every participant would cost as much as the participants.
 const TIMED_EVERY: u64 = 64;
@@ -30,7 +30,7 @@ pub struct Local {
     phases: Vec<usize>,
     store: Store,
     next: Step,
-    period_ns: u64,
+    period: Period,
     counts: Arc<LocalCounts>,
 }
 
@@ -61,7 +61,7 @@ impl LocalCounts {
 impl Local {
     /// A run of `network` whose node i is `participants[i]`, with steps of `dt` seconds.
     ///
-    /// Headers are stamped with multiples of `dt` rounded to nanoseconds.
+    /// Headers are stamped with multiples of the [`Period`] that `dt` stands for, rounded to nanoseconds.
     ///
     /// # Errors
     /// [`LoopError`] if same-step edges form a loop.
@@ -75,9 +75,9 @@ impl Local {
         // Stable: within a phase the order of the network stays.
         members.sort_by_key(|member| phases[member.place.node]);
         let store = Store::new(network.channels.iter().map(|channel| &channel.layout));
-        let period_ns = (dt * 1e9).round() as u64;
+        let period = Period::from_seconds(dt).unwrap_or_else(|| Period::nanoseconds((dt * 1e9).round() as u64));
         let counts = Arc::new(LocalCounts::new(members.len()));
-        Ok(Self { members, network, phases, store, next: Step { index: 0, dt }, period_ns, counts })
+        Ok(Self { members, network, phases, store, next: Step { index: 0, dt }, period, counts })
     }
 
     /// Runs one step of everybody and returns its number. Nodes that run at a lower rate hold their outputs in between.
@@ -86,7 +86,7 @@ impl Local {
     /// [`StepError`] if a participant faults or an output is not finite; the run cannot go on then.
     pub fn step(&mut self) -> Result<u64, StepError> {
         let step = self.next;
-        let stamp = stamp(&step, self.period_ns);
+        let stamp = stamp(&step, self.period);
         let timed = step.index.is_multiple_of(TIMED_EVERY);
         for member in &mut self.members {
             let start = timed.then(clock::now);

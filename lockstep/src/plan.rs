@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::{ChannelId, LoopError, MAX_WORDS, Network};
+use crate::{ChannelId, LoopError, MAX_WORDS, Network, Period};
 
 /// Name of the plan's file within the run directory.
 pub const PLAN_FILE: &str = "plan.json";
 
 /// How a plan is written down; another number is another way.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// Most processes that can meet in one phase.
 pub const MAX_MEMBERS: usize = 4096;
@@ -48,8 +48,8 @@ pub struct Plan {
     pub network: Network,
     /// Phase of every node.
     pub phases: Vec<usize>,
-    /// Length of a step in nanoseconds.
-    pub period_ns: u64,
+    /// Length of a step.
+    pub period: Period,
     /// Length of a step in seconds.
     pub dt: f64,
     /// Number of steps: 0 to `steps - 1` are executed.
@@ -132,29 +132,29 @@ pub enum PlanError {
 }
 
 impl Plan {
-    /// A plan of `steps` steps of `period_ns` nanoseconds each, the nodes spread over `workers`.
+    /// A plan of `steps` steps of `period` each, which may be a number of nanoseconds, the nodes spread over `workers`.
     ///
     /// # Errors
     /// [`PlanError`] if the network cannot be run like this.
     pub fn new(
         run: &str,
         network: Network,
-        period_ns: u64,
+        period: impl Into<Period>,
         steps: u64,
         workers: Vec<WorkerPlan>,
     ) -> Result<Self, PlanError> {
         check_network(&network)?;
         let phases = network.phases()?;
         check_workers(&network, &workers)?;
-        if period_ns == 0 {
+        let period = period.into();
+        if period.rounded_ns() == 0 {
             return Err(PlanError::Size("a step must take at least 1 ns".into()));
         }
-        // The division of two integers below 2^53 is the double nearest to the decimal number that people write.
-        let dt = period_ns as f64 / 1e9;
+        // The double nearest to the number that people write.
+        let dt = period.seconds();
         let (format, traced, wake) = (FORMAT, 0, Wake::default());
         let (run, source, digest) = (run.into(), String::new(), String::new());
-        let mut plan =
-            Self { format, run, network, phases, period_ns, dt, steps, workers, traced, wake, source, digest };
+        let mut plan = Self { format, run, network, phases, period, dt, steps, workers, traced, wake, source, digest };
         plan.digest = plan.compute_digest();
         match (0..plan.phase_count()).find(|&phase| plan.members(phase).len() > MAX_MEMBERS) {
             Some(phase) => {
@@ -257,7 +257,7 @@ impl Plan {
     }
 
     fn compute_digest(&self) -> String {
-        let content = (&self.network, &self.phases, self.period_ns, self.dt.to_bits(), self.steps);
+        let content = (&self.network, &self.phases, self.period, self.dt.to_bits(), self.steps);
         // Strings, integers and vectors of them: encoding cannot fail.
         sha256(&serde_json::to_vec(&content).unwrap_or_default())
     }

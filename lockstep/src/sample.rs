@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Period;
+
 /// Largest number of words of a sample.
 pub const MAX_WORDS: usize = 512;
 
@@ -39,9 +41,9 @@ pub struct Header {
 }
 
 impl Header {
-    /// The header of a sample that `agent` (from 1) publishes at `step` of a run whose step takes `period_ns`.
-    pub fn new(step: u64, period_ns: u64, agent: u32, status: Status) -> Self {
-        let time_ns = step * period_ns;
+    /// The header of a sample that `agent` (from 1) publishes at `step` of a run whose step takes `period`.
+    pub fn new(step: u64, period: impl Into<Period>, agent: u32, status: Status) -> Self {
+        let time_ns = period.into().time_ns(step);
         Self {
             sec: (time_ns / 1_000_000_000) as i32,
             nanosec: (time_ns % 1_000_000_000) as u32,

@@ -2,6 +2,7 @@
 
 use super::Jet;
 use super::function::{Binary, Unary};
+use super::germ::Germ;
 use super::real::Real;
 
 /// Most values on the stack at a time. Fixed, so that a run needs no memory but the caller's stack.
@@ -40,19 +41,20 @@ impl Formula {
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula uses.
     pub fn evaluate(&self, slots: &[f64]) -> f64 {
-        self.run(slots)
+        self.run::<f64, _>(slots)
     }
 
     /// The value of the formula and its first three time derivatives, given those of the slots. Does not allocate.
     ///
-    /// The value has the bits that [`Formula::evaluate`] gives on the values of the slots. `abs`, `sign`, `min` and
-    /// `max` have the derivatives of their active branch; at their corner, `abs` and `sign` have derivatives of zero.
-    /// Where the slope of another function is infinite, as that of `sqrt` at 0, derivatives are infinite or no numbers.
+    /// The value has the bits that [`Formula::evaluate`] gives on the values of the slots. Derivatives are those to the right:
+    /// where `abs`, `sign`, `min`, `max` or `sig` switch at the instant, they are the ones of the branch that holds just after it,
+    /// as far as the first three derivatives of the arguments decide which one that is. Where the slope of a function is
+    /// infinite, as that of `sqrt` at 0, derivatives are infinite or NaN.
     ///
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula uses.
     pub fn evaluate_jet(&self, slots: &[Jet]) -> Jet {
-        self.run(slots)
+        self.run::<Germ, _>(slots).jet()
     }
 
     /// The value, if it depends on no slot.
@@ -73,16 +75,16 @@ impl Formula {
     }
 
     /// The same operations in the same order, with as much room as they need: to clear more of it costs as much as to run them.
-    fn run<T: Real>(&self, slots: &[T]) -> T {
+    fn run<T: Real + From<S>, S: Copy>(&self, slots: &[S]) -> T {
         match self.depth {
-            0..=4 => run::<T, 4>(&self.code, slots),
-            5..=8 => run::<T, 8>(&self.code, slots),
-            _ => run::<T, STACK>(&self.code, slots),
+            0..=4 => run::<T, S, 4>(&self.code, slots),
+            5..=8 => run::<T, S, 8>(&self.code, slots),
+            _ => run::<T, S, STACK>(&self.code, slots),
         }
     }
 }
 
-fn run<T: Real, const ROOM: usize>(code: &[Operation], slots: &[T]) -> T {
+fn run<T: Real + From<S>, S: Copy, const ROOM: usize>(code: &[Operation], slots: &[S]) -> T {
     let mut stack = [T::constant(0.0); ROOM];
     let mut top = 0;
     for operation in code {
@@ -92,7 +94,7 @@ fn run<T: Real, const ROOM: usize>(code: &[Operation], slots: &[T]) -> T {
                 top += 1;
             }
             Operation::Slot(slot) => {
-                stack[top] = slots[slot];
+                stack[top] = slots[slot].into();
                 top += 1;
             }
             Operation::Unary(unary) => stack[top - 1] = stack[top - 1].unary(unary),
@@ -103,7 +105,7 @@ fn run<T: Real, const ROOM: usize>(code: &[Operation], slots: &[T]) -> T {
             Operation::BinaryConstant(binary, right) => {
                 stack[top - 1] = stack[top - 1].binary(binary, T::constant(right));
             }
-            Operation::BinarySlot(binary, right) => stack[top - 1] = stack[top - 1].binary(binary, slots[right]),
+            Operation::BinarySlot(binary, right) => stack[top - 1] = stack[top - 1].binary(binary, slots[right].into()),
             Operation::ConstantBinary(left, binary) => {
                 stack[top - 1] = T::constant(left).binary(binary, stack[top - 1]);
             }

@@ -46,15 +46,27 @@ impl Jet {
         }
     }
 
-    /// The absolute value, of slope 0 in the corner.
+    /// The sign that the function has just right of the instant: that of its first derivative that is not 0, the value being
+    /// the one of order 0; 0 if all that are known are 0, and not a number if that decides.
+    fn sign_to_the_right(self) -> f64 {
+        let known = [self.value, self.rate, self.acceleration, self.jerk];
+        known.into_iter().find(|derivative| *derivative != 0.0).map_or(0.0, sign)
+    }
+
+    /// The absolute value. In a corner it has the derivatives to the right.
     fn absolute(self) -> Jet {
-        if self.value < 0.0 {
-            -self
-        } else if self.value == 0.0 {
-            Jet::constant(0.0)
-        } else {
-            self
+        let sign = self.sign_to_the_right();
+        Jet { value: self.value.abs(), ..if sign < 0.0 { -self } else { self } }
+    }
+
+    /// The one of two that is smaller just right of the instant, or larger; this one if they do not differ in anything known.
+    fn extreme(self, operation: Binary, right: Jet) -> Jet {
+        if self.value != right.value {
+            return if takes_right(operation, self.value, right.value) { right } else { self };
         }
+        let lead = (right - Jet { value: right.value, ..self }).sign_to_the_right();
+        let takes_right = if operation == Binary::Minimum { lead < 0.0 } else { lead > 0.0 };
+        if takes_right { Jet { value: self.value, ..right } } else { self }
     }
 
     fn arctangent2(self, abscissa: Jet) -> Jet {
@@ -80,6 +92,8 @@ impl Jet {
     fn power(self, exponent: Jet, signed: bool) -> Jet {
         let derivative = |order: u8, base: f64, exponent: f64| match (signed, order % 2) {
             (false, _) => power(base, exponent),
+            // The sign is that to the right, which matters where the power alone does not vanish.
+            (true, 0) if order > 0 && exponent == 0.0 => self.sign_to_the_right(),
             (true, 0) => signed_power(base, exponent),
             // The derivative of an odd function is even.
             (true, _) => power(base.abs(), exponent),
@@ -166,7 +180,7 @@ impl Real for Jet {
                 self.chain([value, slope, -0.5 * slope / x, 0.75 * slope / (x * x)])
             }
             Unary::Absolute => self.absolute(),
-            Unary::Sign => Jet::constant(sign(x)),
+            Unary::Sign => Jet::constant(self.sign_to_the_right()),
         }
     }
 
@@ -182,8 +196,7 @@ impl Real for Jet {
             Binary::Power => self.power(right, false),
             Binary::SignedPower => self.power(right, true),
             Binary::Arctangent2 => self.arctangent2(right),
-            Binary::Minimum | Binary::Maximum if takes_right(operation, self.value, right.value) => right,
-            Binary::Minimum | Binary::Maximum => self,
+            Binary::Minimum | Binary::Maximum => self.extreme(operation, right),
         }
     }
 }

@@ -15,6 +15,9 @@
 //! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`; `sign(0) = 0`              |
 //! | two arguments   | `atan2(y,x)`, `min`, `max`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                |
 //!
+//! Time derivatives are those to the right: at a switch of `abs`, `sign`, `min`, `max` or `sig`, those of the branch that
+//! holds just after the instant.
+//!
 //! # Reproducibility
 //!
 //! A formula gives the same bits on every machine: operations run in the order in which they are written, products
@@ -28,6 +31,7 @@ mod evaluate;
 mod expression;
 mod extract;
 mod function;
+mod germ;
 mod jet;
 mod parse;
 mod real;

@@ -64,12 +64,7 @@ impl Context {
 
     /// Reads everything; what is wrong goes to `problems`.
     pub(super) fn read(root: &Node, problems: &mut Problems) -> Option<Self> {
-        let timing = section::<Timing>(root, "timing", problems);
-        if let Some(timing) = &timing {
-            for (field, message) in timing.findings() {
-                problems.at(root, &format!("timing.{field}"), message);
-            }
-        }
+        let timing = read_timing(root, problems);
         let seed = match root.at("seed") {
             Some(node) => read::<u64>(node, "seed", problems).unwrap_or(0),
             None => 0,
@@ -92,7 +87,7 @@ impl Context {
             topology,
             any_graph,
             proximity,
-            timing: timing.unwrap_or(Timing { dt: 1.0, duration: 1.0 }),
+            timing,
             seed,
             input_limit: vehicle.input_limit,
             actuator: vehicle.actuator,
@@ -178,6 +173,21 @@ fn section<T: serde::de::DeserializeOwned>(root: &Node, name: &str, problems: &m
             None
         }
     }
+}
+
+/// The clock; a dummy where something is wrong, which is reported.
+fn read_timing(root: &Node, problems: &mut Problems) -> Timing {
+    let dummy = Timing { dt: 1.0, duration: 1.0 };
+    let Some(timing) = section::<Timing>(root, "timing", problems) else { return dummy };
+    let findings = timing.findings();
+    if findings.is_empty() {
+        // All participants compute with the double that the step stands for.
+        return Timing { dt: timing.period().seconds(), ..timing };
+    }
+    for (field, message) in findings {
+        problems.at(root, &format!("timing.{field}"), message);
+    }
+    dummy
 }
 
 fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problems) {

@@ -147,7 +147,7 @@ impl Seated {
     /// If an output is not a finite number.
     #[unsafe(link_section = "lockstep_step")]
     pub(super) fn finish(&mut self, plan: &Plan, store: &mut Store, step: &Step) -> Result<(), Report> {
-        let stamp = stamp(step, plan.period_ns);
+        let stamp = stamp(step, plan.period);
         let finished = self.place.finish(&plan.network, store, step, &stamp);
         finished.map_err(|wrong| fault(self.place.node, step, wrong.0))?;
         self.publish(store, step);

@@ -82,14 +82,64 @@ fn polynomials_are_exact() {
 #[test]
 fn the_active_branch_counts() {
     assert_eq!(at("abs(t)", -2.0), jet(2.0, -1.0, 0.0, 0.0));
-    assert_eq!(at("abs(t)", 0.0), Jet::constant(0.0));
     assert_eq!(at("sign(t)", -2.0), Jet::constant(-1.0));
     assert_eq!(at("min(t, t^2)", 0.5), jet(0.25, 1.0, 2.0, 0.0));
     assert_eq!(at("max(t, t^2)", 0.5), Jet::time(0.5));
     assert_eq!(at("sig(t, 2)", -1.0), jet(-1.0, 2.0, -2.0, 0.0));
-    assert_eq!(at("sig(t, 2)", 0.0), Jet::constant(0.0));
     assert_eq!(at("sig(t, 1)", 0.0), Jet::time(0.0));
     assert_eq!(at("sig(t, 3)", 0.0), jet(0.0, 0.0, 0.0, 6.0));
+}
+
+#[test]
+fn at_a_switch_derivatives_are_those_to_the_right() {
+    for (text, t, expected) in [
+        ("0.5*min(t, 2) + 0.5*max(t - 2, 0)", 2.0, jet(1.0, 0.5, 0.0, 0.0)),
+        ("max(t, 1) + min(t, 1)", 1.0, jet(2.0, 1.0, 0.0, 0.0)),
+        ("min(1, t) + max(1, t)", 1.0, jet(2.0, 1.0, 0.0, 0.0)),
+        ("abs(t - 1)", 1.0, jet(0.0, 1.0, 0.0, 0.0)),
+        ("abs(1 - t)", 1.0, jet(0.0, 1.0, 0.0, 0.0)),
+        ("-abs(t - 1)", 1.0, jet(-0.0, -1.0, 0.0, 0.0)),
+        ("sign(t - 1)*(t - 1)", 1.0, jet(0.0, 1.0, 0.0, 0.0)),
+        ("(1 + sign(t - 1))/2*(t + 3)", 1.0, jet(2.0, 1.0, 0.0, 0.0)),
+        ("sig(t, 2)", 0.0, jet(0.0, 0.0, 2.0, 0.0)),
+        ("sig(-t, 2)", 0.0, jet(-0.0, -0.0, -2.0, -0.0)),
+        // The values and the slopes are equal, and what decides is the second, or the third derivative.
+        ("max(t^2, 2*t - 1)", 1.0, jet(1.0, 2.0, 2.0, 0.0)),
+        ("min(t^2, 2*t - 1)", 1.0, jet(1.0, 2.0, 0.0, 0.0)),
+        ("max((t - 1)^3, 0)", 1.0, jet(0.0, 0.0, 0.0, 6.0)),
+        ("min((t - 1)^3, 0)", 1.0, jet(0.0, 0.0, 0.0, 0.0)),
+        ("abs((t - 1)^2*(2 - t))", 2.0, jet(0.0, 1.0, 4.0, 6.0)),
+        ("min(sin(t), t)", 0.0, jet(0.0, 1.0, 0.0, -1.0)),
+        // Both operands are the same, and nothing switches.
+        ("max(2*t, t + t) + min(t, t)", 1.0, jet(3.0, 3.0, 0.0, 0.0)),
+        ("sign(0*t)", 1.0, jet(0.0, 0.0, 0.0, 0.0)),
+    ] {
+        assert_eq!(at(text, t), expected, "{text} at {t}");
+        assert_eq!(at(text, t).value.to_bits(), formula(text, &["t"]).evaluate(&[t]).to_bits(), "{text} at {t}");
+    }
+}
+
+#[test]
+fn nested_switches_have_the_slope_to_the_right() {
+    // Linear between the whole numbers, so that the slope to the right can be read off two points there.
+    for text in [
+        "min(max(t, 1), 3) - abs(t - 2)",
+        "abs(abs(t - 2) - 1)",
+        "max(min(t, 2*t - 2), min(4 - t, 2))",
+        "sign(t - 1)*min(t, 2) + sign(t - 2)*max(t, 3)",
+        "abs(max(t - 1, 0) - max(t - 3, 0))*(1 - sign(2 - t))/2",
+        "min(min(t, 1), min(t - 1, 3 - t))",
+        "sig(t - 2, 1) + sig(max(t - 1, 0), 1)",
+        "min(t, 1)*sign(max(t - 2, 0))",
+    ] {
+        for whole in 0..5 {
+            let (t, found) = (f64::from(whole), at(text, f64::from(whole)));
+            let value = |t: f64| formula(text, &["t"]).evaluate(&[t]);
+            let slope = (value(t + 0.75) - value(t + 0.25)) / 0.5;
+            assert_eq!((found.rate, found.acceleration, found.jerk), (slope, 0.0, 0.0), "{text} at {t}");
+            assert_eq!(found.value, value(t), "{text} at {t}");
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,53 @@
+//! A function of time at one instant and just right of it.
+
+use super::Jet;
+use super::function::{Binary, Unary};
+use super::real::Real;
+
+/// The value of a function at an instant, and its limit and derivatives to the right. The two differ where it jumps: at t = 2,
+/// `sign(t-2)` is 0, and 1 to the right. So `sign(t-2)*(t-2)` has the slope 1 there, and not 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Germ {
+    /// The value at the instant.
+    value: f64,
+    /// The limit from the right, and the derivatives.
+    right: Jet,
+}
+
+impl Germ {
+    /// The value at the instant with the derivatives to the right.
+    pub(super) fn jet(self) -> Jet {
+        Jet { value: self.value, ..self.right }
+    }
+
+    /// Whether the value at the instant is the limit from the right, to the bit.
+    fn is_continuous(self) -> bool {
+        self.value.to_bits() == self.right.value.to_bits()
+    }
+}
+
+impl From<Jet> for Germ {
+    fn from(right: Jet) -> Self {
+        Self { value: right.value, right }
+    }
+}
+
+// A jet has the value that a plain number has, except in a jump, which only `sign` can have. So the value is computed again
+// only behind a jump.
+impl Real for Germ {
+    fn constant(value: f64) -> Self {
+        Self { value, right: Jet::constant(value) }
+    }
+
+    fn unary(self, operation: Unary) -> Self {
+        let right = self.right.unary(operation);
+        let is_same = self.is_continuous() && operation != Unary::Sign;
+        Self { value: if is_same { right.value } else { self.value.unary(operation) }, right }
+    }
+
+    fn binary(self, operation: Binary, other: Self) -> Self {
+        let right = self.right.binary(operation, other.right);
+        let is_same = self.is_continuous() && other.is_continuous();
+        Self { value: if is_same { right.value } else { self.value.binary(operation, other.value) }, right }
+    }
+}
