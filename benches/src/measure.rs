@@ -175,7 +175,7 @@ impl Log {
         let path = env::temp_dir().join(format!("phalanx-bench-{}.mcap", std::process::id()));
         let info = RunInfo {
             network,
-            period_ns: PERIOD,
+            period: PERIOD.into(),
             scenario: "",
             metadata: &BTreeMap::new(),
             flush_every: DEFAULT_FLUSH_EVERY,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use formation::scenario::Context;
 use formation::wiring::{Bind, Refusal, Role};
-use lockstep::{Fault, Io, Out, Participant, Slice, Step, Timing};
+use lockstep::{Fault, Io, Out, Participant, Period, Slice, Step, Timing};
 
 use crate::contact::{Contact, await_robot, open};
 use crate::frame::MAX_FRAME;
@@ -43,11 +43,11 @@ impl Bridge {
         mut connector: Box<dyn Connector>,
         settings: &Settings,
         inputs: usize,
-        period: u64,
+        period: Period,
     ) -> Result<Self, String> {
         let failed = |error: std::io::Error| format!("listen to the cameras at {}: {error}", settings.mocap);
         let mut core = Contact::new(settings, inputs, period).map_err(failed)?;
-        let patience = Duration::from_secs_f64(settings.start_patience);
+        let patience = lockstep::duration(settings.start_patience);
         let hello = core.hello(0).map_err(failed)?;
         core.attach(await_robot(&mut *connector, &hello, settings.body, patience)?);
         let core = Arc::new(Mutex::new(core));
@@ -140,7 +140,7 @@ pub fn participants(
     let connected = offered(poses, "connected").then(|| poses.out(agent, "connected")).transpose()?;
     let input = commands.slice(Role::Controller, agent, "input", inputs, Timing::SameStep)?;
     let connector = Box::new(TcpConnector(settings.robot));
-    let period = context.timing.period_ns();
+    let period = context.timing.period();
     let bridge = Arc::new(Mutex::new(Bridge::start(connector, settings, inputs, period).map_err(Refusal)?));
     let eyes = Eyes {
         bridge: Arc::clone(&bridge),
@@ -161,8 +161,8 @@ pub fn participants(
 /// Publishes the newest pose.
 struct Eyes {
     bridge: Arc<Mutex<Bridge>>,
-    /// Length of a step, ns.
-    period: u64,
+    /// Length of a step.
+    period: Period,
     /// What was published last.
     seen: Option<Seen>,
     /// What is published before the first pose.
@@ -180,9 +180,9 @@ impl Participant for Eyes {
         let shared = Arc::clone(&self.bridge);
         let bridge = shared.lock().unwrap_or_else(PoisonError::into_inner);
         let mut core = lock(&bridge.core);
-        let time = step.index * self.period;
+        let time = self.period.time_ns(step.index);
         if core.settings.clock == Clock::Lockstep && !step.is_first() {
-            let deadline = Instant::now() + Duration::from_secs_f64(core.settings.deadline);
+            let deadline = Instant::now() + lockstep::duration(core.settings.deadline);
             core.receive(Some(deadline));
             core.receive_poses(deadline);
         }
@@ -264,8 +264,8 @@ fn chosen(pose: &[f64; 6], coordinates: usize) -> impl Iterator<Item = f64> {
 /// Sends the command of a step.
 struct Hand {
     bridge: Arc<Mutex<Bridge>>,
-    /// Length of a step, ns.
-    period: u64,
+    /// Length of a step.
+    period: Period,
     input: Slice,
     /// Where it tells how the robot is.
     health: Option<Slice>,
@@ -277,7 +277,7 @@ impl Participant for Hand {
         let Bridge { core, connector, .. } = &mut *bridge;
         let mut core = lock(core);
         let lockstep = core.settings.clock == Clock::Lockstep;
-        let stamp = if lockstep { step.index * self.period } else { core.now() };
+        let stamp = if lockstep { self.period.time_ns(step.index) } else { core.now() };
         if let (false, Some(connector), Ok(hello)) = (core.is_connected(), connector, core.hello(stamp))
             && let Ok(link) = open(&mut **connector, &hello, core.settings.body, RECONNECT_PATIENCE)
         {

@@ -1,5 +1,6 @@
 //! What the bridge knows of its robot, and how it speaks with it.
 
+use lockstep::Period;
 use std::io;
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
@@ -32,7 +33,7 @@ pub(crate) struct Contact {
     pub(crate) socket: UdpSocket,
     inputs: usize,
     /// Time between two commands, ns.
-    period: u64,
+    period: Period,
     link: Option<Box<dyn Link>>,
     /// Number of the last frame that was sent.
     sequence: u32,
@@ -61,7 +62,7 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    pub(crate) fn new(settings: &Settings, inputs: usize, period: u64) -> io::Result<Self> {
+    pub(crate) fn new(settings: &Settings, inputs: usize, period: Period) -> io::Result<Self> {
         Ok(Self {
             tracker: Tracker::new(settings.body, settings.gate),
             counts: LinkCounts::default(),
@@ -90,7 +91,7 @@ impl Contact {
     pub(crate) fn hello(&self, stamp: u64) -> io::Result<Frame> {
         let Settings { body, clock, .. } = self.settings;
         let port = self.socket.local_addr()?.port();
-        let hello = Message::Hello { body, inputs: self.inputs as u32, period: self.period, clock, port };
+        let hello = Message::Hello { body, inputs: self.inputs as u32, period: self.period.rounded_ns(), clock, port };
         Ok(hello.frame(self.sequence, stamp))
     }
 
@@ -253,7 +254,7 @@ impl Contact {
         if patience > 0.0 && self.owing.is_some_and(|since| since.elapsed().as_secs_f64() > patience) {
             self.lose(&LinkError::Silent(patience));
         }
-        let limit = Duration::from_nanos(self.period) * self.settings.watchdog_periods;
+        let limit = Duration::from_nanos(self.period.rounded_ns()) * self.settings.watchdog_periods;
         if self.link.is_some() && self.told.is_some_and(|told| told.elapsed() > limit) {
             // Said again and again, but counted once.
             self.counts.watchdog += u64::from(std::mem::take(&mut self.drives));

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use formation::config::{Node, Problem, Problems, Source, read};
+use lockstep::{LONGEST_WAIT, wait_time};
 use plant::Laboratory;
 use serde::{Deserialize, Serialize};
 
@@ -181,29 +182,30 @@ impl Settings {
                 findings.push((field.to_string(), message));
             }
         }
+        let mut times =
+            vec![("lost_after", self.lost_after), ("start_patience", self.start_patience), ("deadline", self.deadline)];
+        times.extend(self.gate.iter().map(|gate| ("gate.patience", gate.patience)));
+        times.extend(self.emulator.iter().map(|emulator| ("emulator.watchdog", emulator.watchdog)));
+        let refused = |(field, time): (&str, f64)| Some((field.to_string(), wait_time(time).err()?));
+        findings.extend(times.into_iter().filter_map(refused));
         let mut positive = |field: &str, value: f64| {
             if !(value.is_finite() && value > 0.0) {
-                findings.push((field.into(), format!("expected a number > 0, found {value}")));
+                findings.push((field.into(), format!("expected a number > 0, found {value:?}")));
             }
         };
-        positive("lost_after", self.lost_after);
-        positive("start_patience", self.start_patience);
-        positive("deadline", self.deadline);
         positive("watchdog_periods", f64::from(self.watchdog_periods));
         positive("mocap_max_rate", f64::from(self.mocap_max_rate));
         if let Some(gate) = &self.gate {
             positive("gate.position", gate.position);
             positive("gate.angle", gate.angle);
-            positive("gate.patience", gate.patience);
         }
         if let Some(emulator) = &self.emulator {
-            positive("emulator.watchdog", emulator.watchdog);
             let laboratory = emulator.laboratory.iter().flat_map(Laboratory::findings);
             findings.extend(laboratory.map(|(field, text)| (format!("emulator.laboratory.{field}"), text)));
         }
         for (field, value) in [("mocap_latency", self.mocap_latency), ("acknowledge_within", self.acknowledge_within)] {
-            if !(value.is_finite() && value >= 0.0) {
-                findings.push((field.into(), format!("expected a number >= 0, found {value}")));
+            if !(0.0..=LONGEST_WAIT).contains(&value) {
+                findings.push((field.into(), format!("expected a time from 0 to {LONGEST_WAIT} s, found {value:?}")));
             }
         }
         findings
@@ -249,6 +251,12 @@ mod tests {
         assert!(text.contains("mocap: 0.0.0.0:7502 is not on this machine"), "{text}");
         let open = format!("{}allow_remote = true", LEAST.replace("127.0.0.1:7502", "0.0.0.0:7502"));
         assert!(Settings::parse("robot.toml", &open).is_ok());
-        assert!(mistakes(&format!("{LEAST}lost_after = -1")).contains("lost_after: expected a number > 0"));
+        assert!(mistakes(&format!("{LEAST}lost_after = -1")).contains("lost_after: expected a time above 0"));
+        for field in ["start_patience", "lost_after", "deadline", "acknowledge_within", "mocap_latency"] {
+            let text = mistakes(&format!("{LEAST}{field} = 1e300"));
+            assert!(text.contains(&format!("{field}: expected a time")) && text.contains("1e300"), "{text}");
+        }
+        let text = mistakes(&format!("{LEAST}[emulator]\nscenario = \"cida\"\nagent = 1\nwatchdog = 1e300"));
+        assert!(text.contains("emulator.watchdog: expected a time"), "{text}");
     }
 }

@@ -15,6 +15,7 @@ mod participant;
 mod period;
 mod plan;
 mod sample;
+mod seconds;
 mod store;
 
 pub use layout::{Field, Layout, Shape};
@@ -24,4 +25,5 @@ pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use period::Period;
 pub use plan::{MAX_MEMBERS, PLAN_FILE, Plan, PlanError, Wake, WorkerPlan};
 pub use sample::{HEADER_BYTES, Header, MAX_WORDS, Status};
+pub use seconds::{LONGEST_WAIT, duration, wait_time};
 pub use store::Store;

@@ -16,8 +16,8 @@ use clap_complete::Shell;
 pub use documents::reference;
 pub(crate) use documents::{ManArgs, program};
 use documents::{SCHEMA_HELP, after_help};
-use engine::positive;
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
+use engine::{factor, wait_time};
 use lockstep::Wake;
 pub(crate) use look::{EchoArgs, ExportArgs, LayoutArgs, PlotArgs, ReportArgs};
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
@@ -196,7 +196,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_enum, default_value_t = Waking::Futex)]
     pub(crate) wake: Waking,
     /// Keep pace with the clock: so many simulated seconds per second
-    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = positive)]
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = factor)]
     pub(crate) realtime: Option<f64>,
     /// Let the processes of the run go before all others: SCHED_FIFO with this priority, and memory that is not swapped, where
     /// the system permits it
@@ -219,7 +219,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "[NODE=]POLICY")]
     pub(crate) on_failure: Vec<String>,
     /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = wait_time)]
     pub(crate) deadline: Option<f64>,
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
-use lockstep::{Fault, HEADER_BYTES, Header, Io, Participant, Plan, Slice, Status, Step};
+use lockstep::{Fault, HEADER_BYTES, Header, Io, Participant, Period, Plan, Slice, Status, Step};
 use rustix::io::FdFlags;
 use rustix::process::{Pid, Signal, getpid, getppid, getuid, kill_process};
 use schemes::ROLES;
@@ -66,8 +66,8 @@ fn participants(plan: &Plan, nodes: &[usize], fault: &str, moment: &str) -> Resu
     let sabotage = |(inner, node): (Box<dyn Participant>, &usize)| {
         let (fault, at) = (fault.to_string(), moment.parse().ok());
         let agents = assembly.scenario.context.agents.len() as u32;
-        let (period_ns, words) = (plan.period_ns, words(node));
-        Box::new(Saboteur { inner, fault, at, words, period_ns, agents }) as Box<dyn Participant>
+        let (period, words) = (plan.period, words(node));
+        Box::new(Saboteur { inner, fault, at, words, period, agents }) as Box<dyn Participant>
     };
     Ok(played.into_iter().zip(nodes).map(sabotage).collect())
 }
@@ -78,7 +78,7 @@ struct Saboteur {
     at: Option<u64>,
     /// Size of its first output.
     words: usize,
-    period_ns: u64,
+    period: Period,
     agents: u32,
 }
 
@@ -101,7 +101,7 @@ impl Participant for Saboteur {
 impl Saboteur {
     /// Writes another step into the samples of this step that other processes have published, as a stray process could.
     fn forge(&self, step: &Step) -> Result<(), String> {
-        let of_agent = |agent| Header::new(step.index, self.period_ns, agent, Status::Fresh).to_bytes();
+        let of_agent = |agent| Header::new(step.index, self.period, agent, Status::Fresh).to_bytes();
         let genuine: Vec<[u8; HEADER_BYTES]> = (1..=self.agents).map(of_agent).collect();
         let mut forged = 0;
         for path in shared_memory()? {

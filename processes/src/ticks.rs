@@ -41,7 +41,7 @@ impl Rate {
 
     /// A number of ticks as time.
     pub(crate) fn duration(&self, ticks: u64) -> Duration {
-        Duration::from_secs_f64((ticks as f64 * self.seconds_per_tick()).clamp(0.0, 1e9))
+        lockstep::duration((ticks as f64 * self.seconds_per_tick()).clamp(0.0, 1e9))
     }
 }
 

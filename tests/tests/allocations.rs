@@ -32,12 +32,12 @@ fn allocations(name: &str) -> usize {
     let participants = assembly.participants(&nodes).expect("participants");
     let mut local = Local::new(assembly.network.clone(), participants, timing.dt).expect("phases");
     let path = std::env::temp_dir().join(format!("phalanx-allocations-{}-{name}.mcap", std::process::id()));
-    let (metadata, period_ns) = (BTreeMap::new(), timing.period_ns());
-    let info = RunInfo { network: &assembly.network, period_ns, scenario: "", metadata: &metadata, flush_every: 100 };
+    let (metadata, period) = (BTreeMap::new(), timing.period());
+    let info = RunInfo { network: &assembly.network, period, scenario: "", metadata: &metadata, flush_every: 100 };
     let mut recorder = Recorder::create(&path, &info).expect("a log");
     let mut step = || {
         let step = local.step().unwrap_or_else(|error| panic!("{name}: {error:?}"));
-        let absent = Header::new(step, period_ns, 0, Status::Held);
+        let absent = Header::new(step, period, 0, Status::Held);
         let header = |channel| local.store().header(channel, step).copied().unwrap_or(absent);
         recorder.record(step, local.store(), header).expect("it is recorded");
     };

@@ -1,5 +1,6 @@
 //! `on_failure`: what is to be done when a participant fails.
 
+use lockstep::wait_time;
 use serde::Deserialize;
 
 use crate::config::{Node, Problems, read};
@@ -84,8 +85,10 @@ impl FailurePolicy {
                     _ => drop(problems.at(root, &path, format!("expected a whole number from 0 to {MOST_RESTARTS}"))),
                 },
                 "deadline" => match read::<f64>(node, &path, problems) {
-                    Some(deadline) if deadline > 0.0 && deadline <= 86400.0 => policy.deadline = deadline,
-                    Some(_) => drop(problems.at(root, &path, "expected a time above 0 and up to 86400 s")),
+                    Some(deadline) => match wait_time(deadline) {
+                        Ok(_) => policy.deadline = deadline,
+                        Err(message) => drop(problems.at(root, &path, message)),
+                    },
                     None => {}
                 },
                 _ => {

@@ -80,11 +80,6 @@ impl Timing {
     pub fn periods(&self) -> u64 {
         (self.duration / self.dt).round() as u64
     }
-
-    /// The step in nanoseconds.
-    pub fn period_ns(&self) -> u64 {
-        self.period().rounded_ns()
-    }
 }
 
 /// Why `dt` cannot be a step, and what is near.

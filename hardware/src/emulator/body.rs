@@ -67,13 +67,13 @@ impl Body {
             target: options.poses,
             poses: None,
             next: 0,
-            watchdog: Duration::from_secs_f64(options.watchdog),
+            watchdog: lockstep::duration(options.watchdog),
             record,
             switched_on: Instant::now(),
             origin: None,
             commanded: None,
             looking: None,
-            camera_period: Duration::from_secs_f64(1.0 / laboratory.mocap_hz),
+            camera_period: lockstep::duration(1.0 / laboratory.mocap_hz),
         })
     }
 

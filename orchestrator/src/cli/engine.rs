@@ -108,17 +108,23 @@ pub(crate) struct TopArgs {
     #[command(flatten)]
     pub(crate) run: RunName,
     /// Seconds between two looks
-    #[arg(long, default_value = "1", value_parser = positive)]
+    #[arg(long, default_value = "1", value_parser = wait_time)]
     pub(crate) interval: f64,
     /// Print one look and end
     #[arg(long)]
     pub(crate) once: bool,
 }
 
-/// A number > 0.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+/// A time in seconds that can be waited for.
+pub(super) fn wait_time(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().map_err(|_| "expected a number of seconds".to_string())?;
+    lockstep::wait_time(seconds).map(|_| seconds)
+}
+
+/// How many simulated seconds pass in a second of the clock.
+pub(super) fn factor(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err("expected a number > 0".into()),
+        Ok(factor) if (1e-3..=1e6).contains(&factor) => Ok(factor),
+        _ => Err("expected a factor from 0.001 to 1000000".into()),
     }
 }

@@ -60,7 +60,7 @@ pub(crate) struct ConformArgs {
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(10..=100_000))]
     pub(crate) steps: u64,
     /// How long the program may take to start, for a step, and to end, in s
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = super::engine::positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = super::engine::wait_time)]
     pub(crate) patience: f64,
     /// An interval for all numbers of an output: --range input=-20..20; may be repeated
     #[arg(long, value_name = "FIELD=LOW..HIGH", allow_hyphen_values = true)]

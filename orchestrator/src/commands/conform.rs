@@ -31,7 +31,7 @@ pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failu
         log: &recorded.path,
         node,
         words: &args.command,
-        patience: std::time::Duration::from_secs_f64(args.patience),
+        patience: lockstep::duration(args.patience),
         ranges,
         core: home.core,
     })?;
@@ -55,7 +55,7 @@ fn short_scenario(catalog: &Catalog, args: &ConformArgs) -> Result<Assembly, Fai
     };
     let timing = whole.scenario.context.timing;
     let periods = (args.steps - 1).min(timing.periods());
-    let duration = (periods * timing.period_ns()) as f64 / 1e9;
+    let duration = timing.period().time(periods);
     match &args.log {
         Some(log) => from_head(catalog, log, vec![format!("timing.duration={duration}")]),
         None => assemble(catalog, &scenario_args(args, Some(duration.to_string()))),

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::thread;
-use std::time::Duration;
 
 use super::select_run::choose;
 use crate::cli::TopArgs;
@@ -15,7 +14,7 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let mut before = ask(&run, &Request::Status)?;
     let clear = if std::io::stdout().is_terminal() && !args.once { "\x1b[H\x1b[J" } else { "" };
     loop {
-        thread::sleep(Duration::from_secs_f64(args.interval));
+        thread::sleep(lockstep::duration(args.interval));
         let now = match ask(&run, &Request::Status) {
             Ok(now) => now,
             Err(Unanswered::Over(_) | Unanswered::Closed(_)) => {

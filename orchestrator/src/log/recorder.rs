@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use lockstep::{ChannelId, Header, Network, Store};
+use lockstep::{ChannelId, Header, Network, Period, Store};
 
 use super::ros::{BAG, Lasting, channel_metadata};
 use super::schema::Schemas;
@@ -33,7 +33,7 @@ pub struct RunInfo<'a> {
     /// The channels, in the order of their messages within a step.
     pub network: &'a Network,
     /// Simulated time from one step to the next, ns.
-    pub period_ns: u64,
+    pub period: Period,
     /// The scenario with all overrides applied, TOML; attached as `scenario.toml`.
     pub scenario: &'a str,
     /// Scenario name, variant, overrides, versions; nothing that differs between two runs of the same thing.
@@ -55,7 +55,7 @@ pub struct Recorder {
     path: PathBuf,
     channels: usize,
     schemas: Schemas,
-    period_ns: u64,
+    period: Period,
     /// The step recorded last.
     last: Option<u64>,
     flush_every: u64,
@@ -107,7 +107,7 @@ impl Recorder {
             path: path.into(),
             channels: run.network.channels.len(),
             schemas,
-            period_ns: run.period_ns,
+            period: run.period,
             last: None,
             flush_every: run.flush_every.max(1),
             extra_channels: 0,
@@ -138,7 +138,7 @@ impl Recorder {
             sink.show().map_err(|refusal| refused(&self.path, refusal))?;
             self.shown = Instant::now();
         }
-        let time = step.saturating_mul(self.period_ns);
+        let time = self.period.time_ns(step);
         for index in 0..self.channels {
             let channel = ChannelId(index);
             sink.sample(index as u16, step as u32, time, &header(channel), store.read(channel, step));
@@ -183,7 +183,7 @@ impl Recorder {
         if self.last != Some(step) {
             return Err(LogError::StepOrder { expected, found: step });
         }
-        let time = step.saturating_mul(self.period_ns);
+        let time = self.period.time_ns(step);
         let written = sink.message(channel.0, step as u32, [time; 2], payload);
         written.map_err(|refusal| refused(&self.path, refusal))
     }

@@ -65,7 +65,7 @@ impl Run {
     fn info(&self) -> RunInfo<'_> {
         RunInfo {
             network: &self.network,
-            period_ns: PERIOD_NS,
+            period: PERIOD_NS.into(),
             scenario: "name = \"nobody\"\n",
             metadata: &self.metadata,
             flush_every: self.flush_every,

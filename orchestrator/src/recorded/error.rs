@@ -1,5 +1,6 @@
 //! Why a log cannot be played.
 
+use lockstep::Period;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
@@ -37,10 +38,10 @@ pub enum ReplayError {
     Period {
         /// The log.
         path: PathBuf,
-        /// Step of the log, s.
-        found: f64,
-        /// Step of the run, s.
-        expected: f64,
+        /// Step of the log.
+        found: Period,
+        /// Step of the run.
+        expected: Period,
     },
     /// A run that takes longer than the recorded one was to take.
     #[error("{} is of a run of {found} s, this one takes {expected} s; run it with --duration {found}", .path.display())]

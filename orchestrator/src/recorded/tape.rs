@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use formation::scenario::{Scenario, Selection};
-use lockstep::{ChannelId, Layout, Network, Shape};
+use lockstep::{ChannelId, Layout, Network, Period, Shape};
 
 use super::ReplayError;
 use crate::log::{Head, Stream};
@@ -13,7 +13,7 @@ pub struct Tape {
     stream: Stream,
     /// The topic of the stream that a channel of the network is.
     topics: Vec<Option<usize>>,
-    period_ns: u64,
+    period: Period,
 }
 
 impl Tape {
@@ -46,7 +46,7 @@ impl Tape {
             }
         }
         let stream = Stream::open(path, &wanted)?;
-        Ok(Self { stream, topics, period_ns: scenario.context.timing.period_ns() })
+        Ok(Self { stream, topics, period: scenario.context.timing.period() })
     }
 
     /// Winds the tape to `step`; never back. `false` if the recording ends before.
@@ -64,9 +64,9 @@ impl Tape {
         if found != step {
             return wrong(format!("starts at step {found}; it can be played from step 0 only"));
         }
-        if self.stream.time_ns() != step * self.period_ns {
+        if self.stream.time_ns() != self.period.time_ns(step) {
             let time = self.stream.time_ns() as f64 / 1e9;
-            let expected = (step * self.period_ns) as f64 / 1e9;
+            let expected = self.period.time_ns(step) as f64 / 1e9;
             return wrong(format!("has step {step} at {time} s, where this run has it at {expected} s"));
         }
         Ok(true)
@@ -106,8 +106,8 @@ fn check_scenario(path: &Path, head: &Head, scenario: &Scenario) -> Result<(), R
         return Err(ReplayError::Scenario { path, found, expected });
     }
     let (theirs, ours) = (recorded.context.timing, scenario.context.timing);
-    if theirs.period_ns() != ours.period_ns() {
-        return Err(ReplayError::Period { path, found: theirs.dt, expected: ours.dt });
+    if theirs.period() != ours.period() {
+        return Err(ReplayError::Period { path, found: theirs.period(), expected: ours.period() });
     }
     if theirs.periods() < ours.periods() {
         return Err(ReplayError::Short { path, found: theirs.duration, expected: ours.duration });

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{Local, Plan, StepError, Store};
@@ -138,7 +137,7 @@ impl Engine {
         let count = workers.len();
         let network = with_hands(&assembly.network, &options.swaps);
         place_hands(&network, &mut workers, &options.swaps);
-        let mut plan = Plan::new(&assembly.scenario.name, network, timing.period_ns(), timing.periods() + 1, workers)
+        let mut plan = Plan::new(&assembly.scenario.name, network, timing.period(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
         plan.traced = options.traced_runs();
         RunDirectory::sweep()?;
@@ -150,7 +149,7 @@ impl Engine {
         plan.bind_source(&text);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let settings = Settings {
-            deadline: Duration::from_secs_f64(options.on_failure.deadline),
+            deadline: lockstep::duration(options.on_failure.deadline),
             replacements: options.on_failure.restarts + SWAPS,
             wake: options.wake,
             ..Settings::default()

@@ -1,6 +1,6 @@
 //! What observes the steps of a run: the log, its scene, the journal of robots, the past for restarts, the tap, the assertions.
 
-use lockstep::{Network, Store};
+use lockstep::{Network, Period, Store};
 use processes::Tap;
 
 use super::control::Start;
@@ -16,8 +16,8 @@ use crate::log::{LogError, Recorder};
 pub(crate) struct StepView<'a> {
     /// Its number.
     pub(crate) step: u64,
-    /// Steps per simulated time, ns.
-    pub(crate) period_ns: u64,
+    /// Length of a step.
+    pub(crate) period: Period,
     /// The channels of the scenario, and behind them those of bridges to robots.
     pub(crate) network: &'a Network,
     /// The samples.
@@ -33,7 +33,7 @@ pub(crate) struct StepView<'a> {
 impl StepView<'_> {
     /// Simulated time of the step, ns.
     pub(crate) fn time_ns(&self) -> u64 {
-        self.step.saturating_mul(self.period_ns)
+        self.period.time_ns(self.step)
     }
 }
 
@@ -93,8 +93,8 @@ impl Observers {
     /// [`LogError`] if the log cannot be written.
     pub(crate) fn step(&mut self, view: &mut StepView, log: &mut Option<Recorder>) -> Result<Flow, LogError> {
         if let Some(log) = log {
-            let StepView { network, store, period_ns, step, .. } = *view;
-            log.record(step, store, |channel| header(network, period_ns, store, channel, step))?;
+            let StepView { network, store, period, step, .. } = *view;
+            log.record(step, store, |channel| header(network, period, store, channel, step))?;
         }
         let mut flow = Flow::Continue;
         for observer in self.each() {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use formation::wiring::Assembly;
-use lockstep::{ChannelId, Header, Network, Status, Store};
+use lockstep::{ChannelId, Header, Network, Period, Status, Store};
 
 use crate::failure::Failure;
 use crate::log::{DEFAULT_FLUSH_EVERY, PLAYER, Recorder, RunInfo};
@@ -39,7 +39,7 @@ pub(crate) fn create_log(
     ]);
     let info = RunInfo {
         network,
-        period_ns: scenario.context.timing.period_ns(),
+        period: scenario.context.timing.period(),
         scenario: &text,
         metadata: &metadata,
         flush_every: DEFAULT_FLUSH_EVERY,
@@ -50,7 +50,7 @@ pub(crate) fn create_log(
 }
 
 /// The header of a sample; for a channel whose writer has not run yet, that of the zeros that its readers see.
-pub(crate) fn header(network: &Network, period_ns: u64, store: &Store, channel: ChannelId, step: u64) -> Header {
+pub(crate) fn header(network: &Network, period: Period, store: &Store, channel: ChannelId, step: u64) -> Header {
     let agent = network.channels[channel.0].agent;
-    store.header(channel, step).copied().unwrap_or_else(|| Header::new(step, period_ns, agent, Status::Held))
+    store.header(channel, step).copied().unwrap_or_else(|| Header::new(step, period, agent, Status::Held))
 }

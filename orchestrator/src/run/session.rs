@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use formation::wiring::Assembly;
-use lockstep::Network;
+use lockstep::{Network, Period};
 use processes::{RunDirectory, RunError, Tap};
 
 use super::control::{About, Keys, Pace, Server, Stop};
@@ -48,7 +48,7 @@ struct Session<'a> {
     /// The network of the scenario, and behind it the bridges to robots.
     network: Network,
     periods: u64,
-    period_ns: u64,
+    period: Period,
     dt: f64,
     stop: Stop,
     engine: Engine,
@@ -100,7 +100,7 @@ impl<'a> Session<'a> {
             options,
             network,
             periods: timing.periods(),
-            period_ns: timing.period_ns(),
+            period: timing.period(),
             dt: timing.dt,
             stop,
             engine,
@@ -172,7 +172,7 @@ impl<'a> Session<'a> {
     fn observe(&mut self, step: u64) -> Result<(), Ending> {
         let mut view = StepView {
             step,
-            period_ns: self.period_ns,
+            period: self.period,
             network: &self.network,
             store: self.engine.store(),
             start: self.pace.as_ref().map(Pace::last).unwrap_or_default(),

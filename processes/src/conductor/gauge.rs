@@ -157,7 +157,7 @@ impl Gauge {
         let runs: Vec<(usize, Run)> = runs.collect();
         let origin = runs.iter().map(|(_, run)| run.start).min().unwrap_or(0);
         let seconds_per_tick = self.rate.seconds_per_tick();
-        let time = |ticks: u64| Duration::from_secs_f64(ticks as f64 * seconds_per_tick);
+        let time = |ticks: u64| lockstep::duration(ticks as f64 * seconds_per_tick);
         let span = |(worker, run): (usize, Run)| Span {
             worker,
             step: run.step,

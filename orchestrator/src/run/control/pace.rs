@@ -1,6 +1,6 @@
 //! Steps at given times: simulated time that keeps pace with the clock on the wall.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::Stop;
 
@@ -66,7 +66,7 @@ impl Pace {
 
     /// Waits for the time of `step`. Every time is counted from the origin, so that delays do not add up.
     pub(crate) fn wait(&mut self, step: u64, stop: &Stop) {
-        let due = Duration::from_secs_f64((step - self.first) as f64 * self.period);
+        let due = lockstep::duration((step - self.first) as f64 * self.period);
         let left = due.saturating_sub(self.origin.elapsed());
         let missed = left.is_zero() && step > self.first;
         self.pacing.overruns += u64::from(missed);
@@ -115,6 +115,8 @@ fn class(late: f64) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]

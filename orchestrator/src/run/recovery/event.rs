@@ -1,5 +1,7 @@
 //! What has happened to the participants of a run, for its log.
 
+use lockstep::Period;
+
 use crate::log::{Cdr, ExtraChannel, Lasting, LogError, Recorder, own_type};
 
 /// Where events are in the log; the channel is there only if anything has happened.
@@ -30,7 +32,7 @@ impl Events {
     }
 
     /// Writes all events at `step`, which was recorded last.
-    pub(super) fn write(&mut self, step: u64, period_ns: u64, recorder: &mut Recorder) -> Result<(), LogError> {
+    pub(super) fn write(&mut self, step: u64, period: Period, recorder: &mut Recorder) -> Result<(), LogError> {
         if self.pending.is_empty() {
             return Ok(());
         }
@@ -44,7 +46,7 @@ impl Events {
             )?),
         };
         for (participant, text) in self.pending.drain(..) {
-            recorder.write(channel, step, encode(step, step * period_ns, &participant, &text).bytes())?;
+            recorder.write(channel, step, encode(step, period.time_ns(step), &participant, &text).bytes())?;
         }
         Ok(())
     }

@@ -233,7 +233,7 @@ impl Observer for Recovery {
         for player in self.players.drain(..) {
             log.note(PLAYER, &player.to_metadata())?;
         }
-        self.events.write(view.step, view.period_ns, log)?;
+        self.events.write(view.step, view.period, log)?;
         Ok(Flow::Continue)
     }
 }

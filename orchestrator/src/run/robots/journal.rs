@@ -62,7 +62,7 @@ impl Observer for Journal {
         self.misses += u64::from(start.missed);
         let words = [start.late, f64::from(u8::from(start.missed)), self.misses as f64];
         let mut payload = ENCAPSULATION.to_vec();
-        payload.extend_from_slice(&Header::new(step, view.period_ns, 0, Status::Fresh).to_bytes());
+        payload.extend_from_slice(&Header::new(step, view.period, 0, Status::Fresh).to_bytes());
         words.iter().for_each(|word| payload.extend_from_slice(&word.to_le_bytes()));
         if let Some(log) = log {
             log.write(self.pace, step, &payload)?;

@@ -20,7 +20,7 @@ mod props;
 
 use formation::scenario::Obstacles;
 use formation::wiring::Assembly;
-use lockstep::Store;
+use lockstep::{Period, Store};
 use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
@@ -40,7 +40,7 @@ const PROGRAM: &str = "phalanx";
 
 /// Draws a run into its log.
 pub struct Scene {
-    period_ns: u64,
+    period: Period,
     /// Steps from one frame to the next.
     every: u64,
     /// Frames between two reminders.
@@ -81,9 +81,9 @@ impl Scene {
         if actors.is_empty() {
             return Ok(None);
         }
-        let period_ns = context.timing.period_ns().max(1);
-        let every = (FRAME_NS / period_ns).max(1);
-        let frames = |time_ns: u64| (time_ns / (every * period_ns)).max(1);
+        let period = context.timing.period();
+        let every = period.steps_within(FRAME_NS).max(1);
+        let frames = |time_ns: u64| (period.steps_within(time_ns) / every).max(1);
         let links = Links::new(links(assembly, &actors));
         let trails = Trails::new(actors.len(), frames);
         let obstacles = context.obstacles.clone().filter(|obstacles| !obstacles.radii.is_empty());
@@ -108,16 +108,16 @@ impl Scene {
             scenario.title,
             context.agents.len(),
             context.timing.duration,
-            context.timing.dt
+            context.timing.period()
         );
         let reminder = frames(REMINDER_NS);
         let (last, cdr) = (None, Cdr::new());
-        Ok(Some(Self { period_ns, every, reminder, greeting, actors, obstacles, links, trails, topics, last, cdr }))
+        Ok(Some(Self { period, every, reminder, greeting, actors, obstacles, links, trails, topics, last, cdr }))
     }
 
     fn draw(&mut self, step: u64, store: &Store, recorder: &mut Recorder) -> Result<(), LogError> {
         let started = self.last.replace(step).is_some();
-        let time_ns = step.saturating_mul(self.period_ns);
+        let time_ns = self.period.time_ns(step);
         if !started {
             journal(&mut self.cdr, time_ns, Level::Info, PROGRAM, &self.greeting);
             recorder.write(self.topics.journal, step, self.cdr.bytes())?;
@@ -183,7 +183,7 @@ impl Observer for Scene {
     fn end(&mut self, ending: &Ending, log: Option<&mut Recorder>) -> Result<(), LogError> {
         let (Some(step), Some(log)) = (self.last, log) else { return Ok(()) };
         let (level, name, text) = last_words(ending, step);
-        journal(&mut self.cdr, step.saturating_mul(self.period_ns), level, &name, &text);
+        journal(&mut self.cdr, self.period.time_ns(step), level, &name, &text);
         log.write(self.topics.journal, step, self.cdr.bytes())
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE};
-use lockstep::ChannelId;
+use lockstep::{ChannelId, Period};
 use processes::{LookError, Onlooker, RunDirectory};
 
 use crate::catalog::Catalog;
@@ -28,7 +28,7 @@ pub(crate) struct Spectator {
     onlooker: Onlooker,
     /// Length of the run, s.
     pub(crate) duration: f64,
-    period_ns: u64,
+    period: Period,
     /// The step that was seen last.
     newest: Option<u64>,
     /// That step alone.
@@ -65,7 +65,7 @@ impl Spectator {
         Ok(Self {
             onlooker,
             duration: timing.duration,
-            period_ns: timing.period_ns(),
+            period: timing.period(),
             newest: None,
             limit: (MOST_NUMBERS / empty.width().max(1)).clamp(LEAST_STEPS, MOST_STEPS),
             now: Subject::growing(empty.clone(), scenario.clone()),
@@ -87,12 +87,12 @@ impl Spectator {
         let onlooker = &self.onlooker;
         let samples = || (0..onlooker.network().channels.len()).map(move |channel| onlooker.sample(ChannelId(channel)));
         self.now.log.clear();
-        self.now.log.push(step * self.period_ns, samples());
+        self.now.log.push(self.period.time_ns(step), samples());
         let mut history = lock(&self.history);
         if history.samples() >= self.limit {
             history.log.thin();
         }
-        history.log.push(step * self.period_ns, samples());
+        history.log.push(self.period.time_ns(step), samples());
         true
     }
 

@@ -215,7 +215,7 @@ fn wrong_plan(setup: &Setup, folder: &Path) -> Result<(), Failure> {
     let directory = duet.conductor.directory().path();
     let failed = || Failure::system(format!("read the plan in {}", directory.display()));
     let mut plan = Plan::read(directory).map_err(RunError::from)?;
-    plan.period_ns += 1;
+    plan.steps += 1;
     let text = serde_json::to_vec(&plan).map_err(|error| failed()(error.into()))?;
     std::fs::write(folder.join("plan.json"), text).map_err(failed())?;
     std::fs::copy(directory.join(SCENARIO_FILE), folder.join(SCENARIO_FILE)).map_err(failed())?;

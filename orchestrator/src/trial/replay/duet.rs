@@ -87,7 +87,7 @@ impl Duet {
             WorkerPlan { name: OTHERS.into(), nodes: others },
         ];
         place_hands(&network, &mut workers, robots);
-        let plan = Plan::new(&scenario.name, network, timing.period_ns(), timing.periods() + 1, workers);
+        let plan = Plan::new(&scenario.name, network, timing.period(), timing.periods() + 1, workers);
         let mut plan = plan.map_err(RunError::from)?;
         plan.traced = setup.traced;
         RunDirectory::sweep()?;

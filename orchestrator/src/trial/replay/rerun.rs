@@ -75,7 +75,7 @@ pub fn rerun(
             departures.compare(network, channel, step, tape.words(channel), store.read(channel, step));
         }
         if let Some(recorder) = &mut recorder {
-            recorder.record(step, store, |channel| header(network, timing.period_ns(), store, channel, step))?;
+            recorder.record(step, store, |channel| header(network, timing.period(), store, channel, step))?;
         }
     }
     conductor.finish()?;
