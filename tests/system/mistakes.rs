@@ -32,7 +32,7 @@ fn ten_mistakes_in_one_file_give_ten_errors() {
     let stderr = run.stderr();
     assert!(stderr.starts_with("error: 10 problems; nothing was started"), "{stderr}");
     for expected in [
-        "bad.toml:34:6: timing.dt: 0.03 s does not divide the duration of 80 s",
+        "timing.duration: 80.0 s is not a whole number of steps of 0.03 s",
         "agents.2.m: expected a number > 0, found -2.1",
         "agents.2.position: expected 3 or 6 values, found 2",
         "topology.b: expected 6 values, one for each agent, found 2",
@@ -72,7 +72,13 @@ fn overrides_are_checked_just_the_same() {
     refused(&["--set", "c_p"], &["expected NAME=VALUE"]);
     refused(&["--variant", "TAC"], &["no variant is called `TAC`", "did you mean `TSC`"]);
     refused(&["--set", "variant=TAC"], &["no variant is called `TAC`"]);
-    refused(&["--dt", "0.007"], &["0.007 s does not divide the duration of 80 s"]);
+    refused(&["--dt", "0.007"], &["80.0 s is not a whole number of steps of 0.007 s", "79.996 s (11428 steps)"]);
+    refused(&["--dt", "0.0003", "--duration", "1000"], &["999.9999 s (3333333 steps) and 1000.0002 s"]);
+    refused(&["--dt", "0.0166666667"], &["near are \"1/60\" and 0.016666667"]);
+    refused(&["--duration", "1e-9"], &["less than one step"]);
+    refused(&["--dt", "1e9", "--duration", "5e9"], &["68 years"]);
+    refused(&["--deadline", "1e300"], &["above 0 and up to 86400 s"]);
+    refused(&["--realtime", "1e-300"], &["expected a factor from 0.001"]);
     refused(&["--pin", "99"], &["--pin 99", "expected auto, none or one of the cores"]);
     refused(&["--swap", "controler.1=x"], &["did you mean `controller_1`"]);
 }
