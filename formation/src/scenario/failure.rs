@@ -84,13 +84,15 @@ impl FailurePolicy {
                     Some(restarts) if restarts <= MOST_RESTARTS => policy.restarts = restarts,
                     _ => drop(problems.at(root, &path, format!("expected a whole number from 0 to {MOST_RESTARTS}"))),
                 },
-                "deadline" => match read::<f64>(node, &path, problems) {
-                    Some(deadline) => match wait_time(deadline) {
-                        Ok(_) => policy.deadline = deadline,
-                        Err(message) => drop(problems.at(root, &path, message)),
-                    },
-                    None => {}
-                },
+                "deadline" => {
+                    let checked =
+                        read::<f64>(node, &path, problems).map(|deadline| wait_time(deadline).map(|_| deadline));
+                    match checked {
+                        Some(Ok(deadline)) => policy.deadline = deadline,
+                        Some(Err(message)) => drop(problems.at(root, &path, message)),
+                        None => {}
+                    }
+                }
                 _ => {
                     if let Some(what) = read(node, &path, problems) {
                         policy.participants.push((name.replace('.', "_"), what));
