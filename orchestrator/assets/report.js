@@ -103,14 +103,14 @@ const buildVerdict = () => {
   const judged = runs.flatMap((run) => (run.metrics ?? []).filter((metric) => metric.ok !== null).map((metric) => ({ ...metric, run })));
   if (!judged.length) return;
   const missed = judged.filter((metric) => !metric.ok);
-  const changed = runs.some((run) => run.overrides.length);
-  const sentence = missed.length ? `${missed.length} of ${judged.length} bands missed` : `all ${judged.length} bands met`;
-  place.classList.add(missed.length ? "bad" : "good");
+  const reasons = [...new Set(runs.map((run) => run.not_held).filter(Boolean))];
+  const sentence = reasons.length ? `${judged.length - missed.length} of ${judged.length} bands met, not held against this run` : missed.length ? `${missed.length} of ${judged.length} bands missed` : `all ${judged.length} bands met`;
+  if (!reasons.length) place.classList.add(missed.length ? "bad" : "good");
   const ticks = judged.slice(0, 120).map((metric) => element("i", {
     class: metric.ok ? null : "bad",
     title: `${comparing ? `${metric.run.name}: ` : ""}${metric.id} = ${short(metric.value)}, band ${bandText(metric)}`,
   }));
-  place.append(element("a", { href: "#metrics" }, element("strong", {}, sentence), changed ? "bands are those without the changes" : ""), element("div", { class: "ticks" }, ...ticks));
+  place.append(element("a", { href: "#metrics" }, element("strong", {}, sentence), reasons.join("; ")), element("div", { class: "ticks" }, ...ticks));
 };
 
 // Metrics -----------------------------------------------------------------------------------------------------------

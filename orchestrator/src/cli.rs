@@ -221,6 +221,9 @@ pub(crate) struct RunArgs {
     /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
     #[arg(long, value_name = "SECONDS", value_parser = wait_time)]
     pub(crate) deadline: Option<f64>,
+    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,
@@ -273,6 +276,9 @@ pub(crate) struct GraphArgs {
 pub(crate) struct CheckArgs {
     /// A log that `phalanx run` recorded
     pub(crate) log: PathBuf,
+    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

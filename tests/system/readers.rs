@@ -136,19 +136,7 @@ fn any_two_logs_open_as_one_bag() {
     for name in &names {
         // Dynamic links and assertions have messages of their own; a tenth of a second has all of them.
         let log = format!("{name}.mcap");
-        folder.run(&[
-            "run",
-            name,
-            "--duration",
-            "0.1",
-            "--set",
-            "metrics=",
-            "-q",
-            "--placement",
-            "single",
-            "--out",
-            &log,
-        ]);
+        folder.run(&["run", name, "--duration", "0.1", "-q", "--placement", "single", "--out", &log]);
         logs.push(folder.path(&log));
     }
     let Some(lines) = lines_of_all(std::env::var_os(PYTHON), "python/read_types.py", &logs) else { return };

@@ -184,7 +184,7 @@ fn poses_that_come_doubled_disordered_or_broken_are_sorted_out() {
     let robot = Robot::with(&folder, &["there.toml", "--record", "truth.csv"]);
     folder.write("robot2.toml", &settings(&robot.address, &port, ""));
     let end = folder.run(&[&REAL[..], &["--duration", "3", "-q"]].concat());
-    assert_eq!(end.code(), 1, "{}", end.stderr());
+    assert_eq!(end.code(), 0, "{}", end.stderr());
     let log = Log::open(&folder.path("a.mcap")).expect("a log");
     for field in ["duplicates", "out_of_order", "malformed", "missing"] {
         assert!(last(&log, "/agent_2/hardware", field) >= 10.0, "{field}: {}", end.stderr());
@@ -207,7 +207,7 @@ fn leaks(folder: &Folder, laboratory: &str) -> usize {
     folder.write("robot2.toml", &settings(&robot.address, "127.0.0.1:0", "clock = \"lockstep\"\n"));
     let run = ["run", "compensated", "--dt", "0.02", "--swap", "plant.2=hardware:robot2.toml", "--out", "a.mcap"];
     let end = folder.run(&[&run[..], &["--duration", "4", "-q"]].concat());
-    assert_eq!(end.code(), 1, "{}", end.stderr());
+    assert_eq!(end.code(), 0, "{}", end.stderr());
     wait_until("the path is written", || {
         std::fs::read_to_string(folder.path("truth.csv")).is_ok_and(|text| text.lines().count() > 4000)
     });

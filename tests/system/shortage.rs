@@ -56,7 +56,7 @@ fn a_run_keeps_the_shared_memory_that_it_was_promised() {
     let script = format!(
         "mount -t tmpfs -o size=4M none /dev/shm && \
          {{ {PROGRAM} run uav --realtime --duration 2 -q --json --out cut.mcap & }} && \
-         until {PROGRAM} ctl status uav >/dev/null 2>&1; do sleep 0.05; done; \
+         until {PROGRAM} ctl status uav --json 2>/dev/null | grep -q running; do sleep 0.05; done; \
          head -c 8M /dev/zero >/dev/shm/greedy 2>/dev/null; wait"
     );
     let Some(end) = in_namespace(&folder, &script) else { return };

@@ -58,7 +58,9 @@ macro_rules! campaigns {
         #[test]
         fn every_scenario_has_its_test() {
             let tested = [$($scenario),*];
-            let shipped: Vec<&str> = SCENARIOS.iter().map(|shipped| shipped.name).collect();
+            // Those of the documentation claim nothing.
+            let claims = |shipped: &&formation::scenario::Shipped| shipped.text.contains("\n[expect");
+            let shipped: Vec<&str> = SCENARIOS.iter().filter(claims).map(|shipped| shipped.name).collect();
             assert_eq!(shipped, tested);
         }
     };

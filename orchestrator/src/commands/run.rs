@@ -9,7 +9,7 @@ use formation::wiring::Assembly;
 use processes::console::{self, Dropped};
 use serde_json::{Value, json};
 
-use super::check::{players_json, show_findings, show_players, summary_line};
+use super::check::{players_json, show_findings, show_players, summary_line, swapped};
 use super::select::assemble_for;
 use crate::catalog::Catalog;
 use crate::cli::RunArgs;
@@ -23,7 +23,7 @@ use crate::run::profile;
 use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap, keep_apart};
 use crate::run::urgency::Urgency;
-use crate::run::{Options, Outcome, run as carry_out};
+use crate::run::{Ending, Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, wrapped};
 
 /// How long an interrupted run may take to end in order.
@@ -69,10 +69,13 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         }
         None => (None, Player::all(&options.swaps)),
     };
+    let cut = (!matches!(outcome.ending, Ending::Complete)).then(|| outcome.ending.reason()).flatten();
+    let verdict = verdict.map(|verdict| verdict.not_held_since(swapped(&players)).not_held_since(cut));
+    let verdict = if args.strict { verdict.map(Verdict::strict) } else { verdict };
     if args.json {
         println!("{}", to_json(&assembly, &outcome, verdict.as_ref(), &players));
     } else {
-        show(&assembly, &outcome, verdict.as_ref(), &players);
+        show(&outcome, verdict.as_ref(), &players);
         if args.profile.is_some() {
             show_profile(&outcome, options.trace.as_deref());
         }
@@ -209,12 +212,15 @@ fn end_the_process(stop: &Stop) {
     std::process::exit(Failure::Interrupted.exit_code().into());
 }
 
-fn show(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
+fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
     if let Some(verdict) = verdict.filter(|verdict| !verdict.rows.is_empty()) {
         println!("{}", verdict.table());
-        println!("{}", summary_line(verdict, &assembly.scenario.overrides));
+        println!("{}", summary_line(verdict));
     }
     show_findings(&outcome.findings);
+    if let Some(reason) = outcome.ending.reason() {
+        println!("{}", wrapped(&format!("The run ended before its time: {reason}."), columns()));
+    }
     show_players(players);
     let say = |text: String| println!("{}", wrapped(&text, columns()));
     say(format!(
@@ -279,7 +285,9 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, pl
         "processes": outcome.processes,
         "log": outcome.log.as_ref().map(|log| log.path.display().to_string()),
         "sha256": outcome.log.as_ref().map(|log| log.sha256.clone()),
+        "ending": outcome.ending.word(),
         "metrics": verdict.map(Verdict::to_json),
+        "not_held": verdict.and_then(|verdict| verdict.not_held.clone()),
         "replaced": outcome.replaced,
         "players": players_json(players),
         "dropped_output": console::dropped().bytes,

@@ -50,6 +50,9 @@ impl Row {
 pub struct Verdict {
     /// In the order of the metric set; bands of metrics that were not computed at the end.
     pub rows: Vec<Row>,
+    /// Why the bands are shown but not held against this run; `None` if they are. They belong to the scenario as it is in its
+    /// file: a run that was overridden, swapped or cut short is another one.
+    pub not_held: Option<String>,
 }
 
 impl Verdict {
@@ -103,12 +106,29 @@ impl Verdict {
                 rows.push(Row { id: id.clone(), value: f64::NAN, expectation: expectation.clone(), ok: Some(false) });
             }
         }
-        Self { rows }
+        let not_held =
+            (!scenario.overrides.is_empty()).then(|| format!("overridden: {}", scenario.overrides.join(", ")));
+        Self { rows, not_held }
     }
 
-    /// Whether no metric is outside its band.
+    /// The same, not held against the run for this reason, besides those that there are already.
+    pub fn not_held_since(mut self, reason: Option<String>) -> Self {
+        self.not_held = match (self.not_held, reason) {
+            (Some(first), Some(second)) => Some(format!("{first}; {second}")),
+            (first, second) => first.or(second),
+        };
+        self
+    }
+
+    /// The same, held against the run whatever was changed about it.
+    pub fn strict(mut self) -> Self {
+        self.not_held = None;
+        self
+    }
+
+    /// Whether no metric is outside a band that is held against the run.
     pub fn ok(&self) -> bool {
-        self.rows.iter().all(|row| row.ok != Some(false))
+        self.not_held.is_some() || self.missed() == 0
     }
 
     /// Number of metrics outside their bands.
@@ -118,7 +138,8 @@ impl Verdict {
 
     /// The table `metric | thesis | measured | band | ok`.
     pub fn table(&self) -> String {
-        let cells: Vec<[String; 5]> = self.rows.iter().map(cells).collect();
+        let held = self.not_held.is_none();
+        let cells: Vec<[String; 5]> = self.rows.iter().map(|row| cells(row, held)).collect();
         let head = ["metric", "thesis", "measured", "band", "ok"].map(String::from);
         let mut widths = [0; 5];
         for row in std::iter::once(&head).chain(&cells) {
@@ -182,8 +203,12 @@ fn number(value: f64) -> Value {
     serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
 }
 
-fn cells(row: &Row) -> [String; 5] {
-    [row.id.clone(), row.expectation.thesis.clone(), short(row.value), row.band(), row.word().into()]
+fn cells(row: &Row, held: bool) -> [String; 5] {
+    let word = match row.ok {
+        Some(_) if !held => "not held",
+        _ => row.word(),
+    };
+    [row.id.clone(), row.expectation.thesis.clone(), short(row.value), row.band(), word.into()]
 }
 
 /// Four significant digits, in the notation that is shorter to read.
@@ -232,11 +257,24 @@ mod tests {
         let expectation = Expectation { thesis: "<= 2".into(), low: None, high: Some(2.0) };
         let row =
             |value: f64| Row { id: "x".into(), value, ok: expectation.holds(value), expectation: expectation.clone() };
-        let verdict = Verdict { rows: vec![row(1.0), row(f64::NAN)] };
+        let verdict = Verdict { rows: vec![row(1.0), row(f64::NAN)], not_held: None };
         assert!(!verdict.ok());
         assert_eq!(verdict.missed(), 1);
         let table = verdict.table();
         assert!(table.contains("MISSED") && table.lines().count() == 4, "{table}");
         assert_eq!(verdict.to_json()["x"]["value"], Value::Null);
+    }
+
+    #[test]
+    fn bands_of_another_run_are_not_held_against_this_one() {
+        let expectation = Expectation { thesis: String::new(), low: None, high: Some(2.0) };
+        let row = Row { id: "x".into(), value: 3.0, ok: expectation.holds(3.0), expectation };
+        let verdict = Verdict { rows: vec![row], not_held: None };
+        assert!(!verdict.ok());
+        let other =
+            verdict.not_held_since(Some("overridden: phase=1".into())).not_held_since(Some("interrupted".into()));
+        assert_eq!(other.not_held.as_deref(), Some("overridden: phase=1; interrupted"));
+        assert!(other.ok() && other.missed() == 1 && other.table().contains("not held"), "{}", other.table());
+        assert!(!other.strict().ok());
     }
 }

@@ -44,6 +44,18 @@ impl Ending {
         }
     }
 
+    /// The ending in a word, for programs.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Halted => "halted",
+            Self::Interrupted { .. } => "interrupted",
+            Self::Emergency { .. } => "emergency",
+            Self::Failed(_) => "failed",
+            Self::LogFailed(_) => "log_failed",
+        }
+    }
+
     /// Whether the run came to its end, or was ended by an assertion.
     pub fn is_whole(&self) -> bool {
         matches!(self, Self::Complete | Self::Halted)

@@ -58,9 +58,9 @@ impl Violation {
         let Self { time, value, bound, below, .. } = self;
         let place = format!("{} at t = {} s: {signal}", who(self.agent), tidy(*time));
         match (value.is_nan(), below) {
-            (true, _) => format!("{place} is no number"),
-            (false, true) => format!("{place} = {value} < {bound}"),
-            (false, false) => format!("{place} = {value} > {bound}"),
+            (true, _) => format!("{place} is NaN"),
+            (false, true) => format!("{place} = {} < {}", short(*value), short(*bound)),
+            (false, false) => format!("{place} = {} > {}", short(*value), short(*bound)),
         }
     }
 }
@@ -82,7 +82,7 @@ impl Finding {
         }
     }
 
-    /// Takes a value; a violation if it is beyond a bound, or no number.
+    /// Takes a value; a violation if it is beyond a bound, or NaN.
     pub(super) fn take(&mut self, moment: Moment, min: f64, max: f64) -> Option<Violation> {
         self.checked += 1;
         let (above_min, below_max) = (moment.value - min, max - moment.value);
@@ -165,6 +165,7 @@ impl Finding {
             "min": number(self.bounds.0),
             "max": number(self.bounds.1),
             "ok": self.ok(),
+            "reached": self.checked > 0,
             "checked": self.checked,
             "violations": self.violations,
             "worst": self.worst.map(|(_, worst)| moment(worst.agent, worst.time, worst.value)),
@@ -194,6 +195,31 @@ impl Findings {
         let count =
             if failed.len() == 1 { "an assertion is".into() } else { format!("{} assertions are", failed.len()) };
         (!failed.is_empty()).then(|| format!("{count} violated\n    {}", failed.join("\n    ")))
+    }
+
+    /// How many hold, in a sentence: one that was not evaluated does not hold.
+    pub fn sentence(&self) -> String {
+        let count = |word: &str| self.0.iter().filter(|finding| finding.word() == word).count();
+        let all = [
+            ("holds", "hold", "holds"),
+            ("not reached", "were not reached", "was not reached"),
+            ("violated (warning)", "are violated (warnings)", "is violated (a warning)"),
+            ("VIOLATED", "are violated", "is violated"),
+        ];
+        let counts: Vec<(usize, &str, &str)> = all.map(|(word, many, one)| (count(word), many, one)).into();
+        match counts.as_slice() {
+            [(1, ..), rest @ ..] if rest.iter().all(|(count, ..)| *count == 0) => "The assertion holds.".into(),
+            [(held, ..), rest @ ..] if rest.iter().all(|(count, ..)| *count == 0) => {
+                format!("All {held} assertions hold.")
+            }
+            counts => {
+                let shown = counts.iter().filter(|(count, ..)| *count > 0);
+                let parts: Vec<String> = shown
+                    .map(|(count, many, one)| format!("{count} {}", if *count == 1 { one } else { many }))
+                    .collect();
+                format!("Of {} assertions, {}.", self.0.len(), parts.join(", "))
+            }
+        }
     }
 
     /// A table for a terminal of so many columns, or for as many as it takes; empty if there are no assertions.

@@ -69,6 +69,7 @@ fn run(subject: &Subject, name: &str, points: usize) -> Value {
         "samples": subject.samples(),
         "dt": scenario.map(|scenario| scenario.context.timing.dt),
         "interval": grid.interval(),
+        "not_held": subject.verdict.as_ref().and_then(|verdict| verdict.not_held.clone()),
         "metrics": subject.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
         "assertions": subject.findings.0.iter().map(assertion).collect::<Vec<_>>(),
         "text": subject.log.scenario_text(),
