@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use formation::math::Topology;
+use formation::math::Neighbourhood;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Drive;
@@ -136,7 +136,7 @@ pub(crate) struct ErrorPorts {
 enum AccelerationPorts {
     None,
     Plant(LocalError),
-    Observer { agent: usize, topology: Topology, own: ObservedAcceleration, others: Vec<ObservedAcceleration> },
+    Observer { graph: Neighbourhood, own: ObservedAcceleration, others: Vec<ObservedAcceleration> },
 }
 
 /// What makes up `u + γ2 - ddxd` of one agent.
@@ -162,15 +162,10 @@ impl ErrorPorts {
                 AccelerationPorts::Plant(LocalError::new(context, agent, bind, "acceleration")?)
             }
             AccelerationSource::Observer => {
-                let neighbours = context.topology.neighbours(agent).iter();
-                AccelerationPorts::Observer {
-                    agent,
-                    topology: context.topology.clone(),
-                    own: ObservedAcceleration::new(agent, bind)?,
-                    others: neighbours
-                        .map(|&other| ObservedAcceleration::new(other, bind))
-                        .collect::<Result<_, _>>()?,
-                }
+                let graph = context.topology.neighbourhood(agent);
+                let own = ObservedAcceleration::new(agent, bind)?;
+                let others = graph.neighbours().iter().map(|&other| ObservedAcceleration::new(other, bind));
+                AccelerationPorts::Observer { graph: graph.clone(), own, others: others.collect::<Result<_, _>>()? }
             }
         };
         Ok(Self {
@@ -202,9 +197,9 @@ impl ErrorPorts {
         let acceleration = match &self.acceleration {
             AccelerationPorts::None => None,
             AccelerationPorts::Plant(errors) => Some(errors.local(io)),
-            AccelerationPorts::Observer { agent, topology, own, others } => {
+            AccelerationPorts::Observer { graph, own, others } => {
                 let others = others.iter().map(|other| other.read(io));
-                Some(topology.local_error(*agent, &own.read(io), others))
+                Some(graph.local_error(&own.read(io), others))
             }
         };
         SlidingErrors {

@@ -1,6 +1,6 @@
 //! Errors relative to the neighbours, bound to the signals that they are made of.
 
-use formation::math::Topology;
+use formation::math::Neighbourhood;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Refusal};
@@ -10,8 +10,7 @@ use lockstep::{In, Io};
 /// theirs, which is treated alike.
 #[derive(Clone, Debug)]
 pub struct LocalError {
-    agent: usize,
-    topology: Topology,
+    graph: Neighbourhood,
     own: Deviation,
     others: Vec<Deviation>,
 }
@@ -48,9 +47,9 @@ impl LocalError {
         mut deviation: impl FnMut(usize) -> Result<Deviation, Refusal>,
     ) -> Result<Self, Refusal> {
         let own = deviation(agent)?;
-        let others =
-            context.topology.neighbours(agent).iter().map(|&other| deviation(other)).collect::<Result<_, _>>()?;
-        Ok(Self { agent, topology: context.topology.clone(), own, others })
+        let graph = context.topology.neighbourhood(agent);
+        let others = graph.neighbours().iter().map(|&other| deviation(other)).collect::<Result<_, _>>()?;
+        Ok(Self { graph: graph.clone(), own, others })
     }
 
     /// The same for an agent that knows nothing of the others: its local error is its own.
@@ -58,9 +57,8 @@ impl LocalError {
     /// # Errors
     /// See [`LocalError::new`].
     pub fn alone(agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
-        let topology = Topology::new(&[vec![0.0]], vec![1.0]).map_err(Refusal)?;
         let own = Deviation { value: bind.state(agent, name)?, reference: Some(bind.reference(agent, name)?) };
-        Ok(Self { agent: 0, topology, own, others: Vec::new() })
+        Ok(Self { graph: Neighbourhood::alone(1.0), own, others: Vec::new() })
     }
 
     /// δ of the agent itself.
@@ -71,7 +69,7 @@ impl LocalError {
     /// `e_i = Σ_j a_ij (δ_i - δ_j) + b_i δ_i`.
     pub fn local(&self, io: &Io) -> Vector3<f64> {
         let others = self.others.iter().map(|deviation| deviation.read(io));
-        self.topology.local_error(self.agent, &self.own(io), others)
+        self.graph.local_error(&self.own(io), others)
     }
 }
 

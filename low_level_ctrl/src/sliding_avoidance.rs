@@ -151,7 +151,7 @@ impl Component for SlidingAvoidance {
         })?;
         let obstacles = context.obstacles.as_ref().filter(|_| self.use_apf);
         let boundaries = obstacles.map_or_else(Vec::new, |obstacles| obstacles.boundaries(omni.radius));
-        let of = |rule| context.resolve(rule).map(|values| values[agent]).map_err(Refusal);
+        let of = |rule| context.value(rule, agent).map_err(Refusal);
         let gains = SlidingAvoidanceGains { c: of(&self.c)?, lambda: of(&self.lam)?, repulsion: self.apf };
         Ok(Box::new(SlidingAvoidanceParticipant {
             controller: SlidingAvoidanceController::new(gains, omni.clone(), &boundaries),

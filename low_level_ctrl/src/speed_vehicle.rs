@@ -21,5 +21,5 @@ pub(crate) fn speed_vehicle(context: &Context, agent: usize) -> Result<Omni, Ref
 
 /// The value of a parameter for `agent`.
 pub(crate) fn resolved(parameter: &PerAgent, context: &Context, agent: usize) -> Result<f64, Refusal> {
-    Ok(context.resolve(parameter).map_err(Refusal)?[agent])
+    context.value(parameter, agent).map_err(Refusal)
 }

@@ -80,7 +80,7 @@ impl DualDisturbance {
 
     /// The gains of `agent` (from 0): those of d, then those of w.
     fn gains(&self, context: &Context, agent: usize) -> Result<[DifferentiatorGains<3>; 2], Refusal> {
-        let of = |rule: &PerAgent| context.resolve(rule).map(|values| values[agent]).map_err(Refusal);
+        let of = |rule: &PerAgent| context.value(rule, agent).map_err(Refusal);
         let mismatched = [of(&self.alpha1)?, of(&self.alpha2)?, of(&self.alpha3)?];
         let matched = [of(&self.alpha4)?, of(&self.alpha5)?, of(&self.alpha6)?];
         Ok([

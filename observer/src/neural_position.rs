@@ -124,18 +124,13 @@ impl NeuralPosition {
     fn differentiator(&self) -> DifferentiatorGains<4> {
         DifferentiatorGains { alpha: self.diff_alpha, beta: self.diff_beta }
     }
-
-    fn weights(&self, context: &Context) -> Result<Vec<f64>, String> {
-        let ids: Vec<u32> = context.agents.iter().map(|agent| agent.id).collect();
-        self.What0.resolve(ids.len(), &ids)
-    }
 }
 
 impl Component for NeuralPosition {
     fn check(&self, context: &Context) -> Checks {
         let levels = self.eta1_levels.len();
         let lengths = format!("expected as many as in `eta1_levels` ({levels}), found {}", self.eta2_levels.len());
-        let weights = self.weights(context).err().unwrap_or_default();
+        let weights = context.resolve(&self.What0).err().unwrap_or_default();
         let checks = Checks::default()
             .between("beta1", self.beta1, 0.5, 1.0)
             .positive("alpha1", self.alpha1)
@@ -161,7 +156,7 @@ impl Component for NeuralPosition {
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
-        let weight = self.weights(context).map_err(Refusal)?[agent];
+        let weight = context.value(&self.What0, agent).map_err(Refusal)?;
         let start = |values: &[f64]| Vector3::from_column_slice(values);
         let feedback = PositionFeedback::new("neural_position", context, agent, bind)?;
         let row = &context.agents[agent];

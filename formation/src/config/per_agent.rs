@@ -26,24 +26,27 @@ enum Rule {
 }
 
 impl PerAgent {
-    /// The values of the agents `ids` out of `agents`; a list has them in the order of `ids`.
+    /// The values of the agents `ids`, which are all `agents`; a list has them in the order of `ids`.
     ///
     /// # Errors
-    /// A list of another length than `ids`, or a formula without a finite value for some agent.
+    /// A list of another length than `agents`, or a formula without a finite value for some agent.
     pub fn resolve(&self, agents: usize, ids: &[u32]) -> Result<Vec<f64>, String> {
+        ids.iter().enumerate().map(|(place, &id)| self.value(agents, place, id)).collect()
+    }
+
+    /// The value of the agent at `place` (from 0) out of `agents`, whose number is `id`.
+    ///
+    /// # Errors
+    /// A list of another length than `agents`, or a formula without a finite value for this agent.
+    pub fn value(&self, agents: usize, place: usize, id: u32) -> Result<f64, String> {
         match &self.0 {
-            Rule::Same(value) => Ok(vec![*value; ids.len()]),
-            Rule::Each(values) if values.len() == ids.len() => Ok(values.clone()),
-            Rule::Each(values) => {
-                Err(format!("expected {} values, one for each agent, found {}", ids.len(), values.len()))
-            }
+            Rule::Same(value) => Ok(*value),
+            Rule::Each(values) if values.len() == agents => Ok(values[place]),
+            Rule::Each(values) => Err(format!("expected {agents} values, one for each agent, found {}", values.len())),
             Rule::Formula { text, formula } => {
-                let value_of = |&id: &u32| {
-                    let value = formula.evaluate(&[f64::from(id), agents as f64]);
-                    let finite = value.is_finite().then_some(value);
-                    finite.ok_or_else(|| format!("the value of {text:?} for agent {id} of {agents} is {value}"))
-                };
-                ids.iter().map(value_of).collect()
+                let value = formula.evaluate(&[f64::from(id), agents as f64]);
+                let finite = value.is_finite().then_some(value);
+                finite.ok_or_else(|| format!("the value of {text:?} for agent {id} of {agents} is {value}"))
             }
         }
     }

@@ -12,7 +12,7 @@ mod random;
 
 pub use bouc_wen::BoucWen;
 pub use differentiator::{Differentiator, DifferentiatorGains};
-pub use graph::Topology;
+pub use graph::{Neighbourhood, Topology};
 pub use integrate::Rk4;
 pub use lp::regulate;
 pub use potential::PotentialField;

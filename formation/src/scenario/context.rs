@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::adjacency::Adjacency;
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
@@ -46,9 +47,9 @@ pub struct Context {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TopologySection {
-    /// Row i lists the weights of the links over which agent i receives; by default the ring 1, 2, ..., N, 1.
+    /// Row i lists the weights of the links over which agent i receives; or the name of a graph, by default `ring`.
     #[serde(rename = "A")]
-    adjacency: Option<Vec<Vec<f64>>>,
+    adjacency: Option<Adjacency>,
     /// Weights of the links to the reference.
     b: PerAgent,
     /// Links that appear when agents come close.
@@ -108,6 +109,14 @@ impl Context {
     pub fn resolve(&self, rule: &PerAgent) -> Result<Vec<f64>, String> {
         let ids: Vec<u32> = self.agents.iter().map(|agent| agent.id).collect();
         rule.resolve(self.agents.len(), &ids)
+    }
+
+    /// The number that `rule` gives the agent at `place` (from 0).
+    ///
+    /// # Errors
+    /// See [`PerAgent::value`].
+    pub fn value(&self, rule: &PerAgent, place: usize) -> Result<f64, String> {
+        rule.value(self.agents.len(), place, self.agents[place].id)
     }
 
     /// Value of a name that does not vary during a run, for the formulas of one agent.
@@ -201,16 +210,15 @@ fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problem
 
 /// The graph, its links by distance, and whether it may be any graph; a ring where something is wrong, which is reported.
 fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Topology, Option<Proximity>, bool) {
-    let ring = || Topology::ring_rows(agents.len());
-    let unit = || vec![1.0; agents.len()];
-    let (mut rows, mut reference, mut proximity, mut any_graph) = (ring(), unit(), None, false);
+    let mut reference = vec![1.0; agents.len()];
+    let (mut adjacency, mut proximity, mut any_graph) = (Adjacency::Ring, None, false);
     if let Some(section) = section::<TopologySection>(root, "topology", problems) {
         let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
         match section.b.resolve(agents.len(), &ids) {
             Ok(values) => reference = values,
             Err(message) => _ = problems.at(root, "topology.b", message),
         }
-        rows = section.adjacency.unwrap_or(rows);
+        adjacency = section.adjacency.unwrap_or(adjacency);
         for (field, message) in section.proximity.iter().flat_map(Proximity::findings) {
             problems.at(root, &format!("topology.proximity.{field}"), message);
         }
@@ -220,9 +228,9 @@ fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Top
     if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
         problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));
     }
-    let topology = Topology::new(&rows, reference).unwrap_or_else(|message| {
+    let topology = adjacency.graph(reference).unwrap_or_else(|message| {
         problems.at(root, "topology.A", message);
-        Topology::ring(agents.len())
+        Topology::ring(vec![1.0; agents.len()])
     });
     (topology, proximity, any_graph)
 }

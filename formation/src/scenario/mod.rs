@@ -3,6 +3,7 @@
 //! [`Scenario::load`] reads a file, overlays a variant and the overrides of the command line, and checks everything that does
 //! not depend on a component. [`Assembly`](crate::wiring::Assembly) then reads the components and connects them.
 
+mod adjacency;
 mod agent_number;
 mod agents;
 mod context;

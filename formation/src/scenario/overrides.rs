@@ -1,7 +1,7 @@
 //! Overrides of the command line: short names, whole columns of the agents, and paths.
 
+use super::adjacency::TWO_WAY_RING;
 use crate::config::{Node, Origin, Problem, Value, nearest};
-use crate::math::Topology;
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
 const ALIASES: &[(&str, &str)] = &[
@@ -239,11 +239,7 @@ fn fit_topology(root: &mut Node, agents: usize) {
     let (symmetric, origin) = (is_symmetric(old), old.origin.clone());
     topology.remove("A");
     if symmetric {
-        let node = |value| Node { value, origin: origin.clone() };
-        let list =
-            |row: Vec<f64>| node(Value::Array(row.into_iter().map(|weight| node(Value::Float(weight))).collect()));
-        let rows = Topology::two_way_ring_rows(agents).into_iter().map(list).collect();
-        topology.insert("A", node(Value::Array(rows)));
+        topology.insert("A", Node { value: Value::String(TWO_WAY_RING.into()), origin });
     }
 }
 

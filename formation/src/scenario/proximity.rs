@@ -59,7 +59,7 @@ pub struct AdjacencyRow {
 impl AdjacencyRow {
     /// The row of `agent` (from 0) of a graph with these static links, and links by distance if there are any.
     pub fn new(topology: &Topology, proximity: Option<Proximity>, agent: usize) -> Self {
-        let fixed: Vec<f64> = (0..topology.size()).map(|other| topology.a(agent, other)).collect();
+        let fixed = topology.dense_row(agent);
         let heard = match proximity {
             Some(_) => (0..topology.size()).filter(|&other| other != agent).collect(),
             None => topology.neighbours(agent).to_vec(),

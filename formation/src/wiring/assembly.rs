@@ -140,6 +140,8 @@ pub struct Assembly {
     pub nodes: Vec<NodeRole>,
     signals: Signals,
     components: Vec<(Role, Kind, Box<dyn Component>)>,
+    /// The roles whose only node serves all agents.
+    serving_all: Vec<Role>,
 }
 
 impl Assembly {
@@ -172,6 +174,7 @@ impl Assembly {
         let mut assembly = Self {
             scenario,
             network: Network { channels: signals.channels.clone(), nodes: Vec::new() },
+            serving_all: serving_all(&nodes),
             nodes,
             signals,
             components,
@@ -224,15 +227,17 @@ impl Assembly {
             .map_err(|refusal| vec![self.scenario.problem(role.name(), refusal.to_string())])?;
         let (inputs, outputs) = bind.into_edges();
         let (every, offset) = self.scenario.rate(*role);
-        let name = node_name(*role, agents, self.serves_all(*role));
+        let name = node_name(*role, agents, self.serving_all.contains(role));
         let node = Node { name, inputs, outputs, every, offset };
         let guarded = ranges::guard(&self.scenario, &self.signals, *role, &node, participant);
         Ok((node, guarded))
     }
+}
 
-    fn serves_all(&self, role: Role) -> bool {
-        self.nodes.iter().filter(|node| node.role == role).count() == 1 && matches!(role, Role::Plant | Role::Planner)
-    }
+/// The roles whose only node serves all agents.
+fn serving_all(nodes: &[NodeRole]) -> Vec<Role> {
+    let is_alone = |role: &Role| nodes.iter().filter(|node| node.role == *role).count() == 1;
+    [Role::Plant, Role::Planner].into_iter().filter(is_alone).collect()
 }
 
 pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {
@@ -308,18 +313,18 @@ fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut P
 }
 
 fn declare(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Signals {
-    let mut signals = Signals::default();
+    let (mut channels, mut ids) = (Vec::new(), Vec::new());
     for (role, _, component) in components {
         for agent in 0..scenario.context.agents.len() {
-            signals.channels.push(Channel {
+            channels.push(Channel {
                 topic: format!("/agent_{}/{}", agent + 1, role.channel()),
                 agent: agent as u32 + 1,
                 layout: Layout::new(component.outputs(&scenario.context, agent)),
             });
-            signals.ids.push(Some((*role, agent)));
+            ids.push(Some((*role, agent)));
         }
     }
-    signals
+    Signals::new(channels, ids)
 }
 
 fn node_roles(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Vec<NodeRole> {

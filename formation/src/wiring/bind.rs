@@ -1,5 +1,7 @@
 //! Binding of signals by name.
 
+use std::collections::BTreeMap;
+
 use lockstep::{Channel, ChannelId, In, Input, Layout, Node, Out, Slice, Timing};
 
 use super::Role;
@@ -15,18 +17,32 @@ pub struct Signals {
     pub(super) channels: Vec<Channel>,
     /// Role and agent of each channel; `None` for a channel of another kind.
     pub(super) ids: Vec<Option<(Role, usize)>>,
+    /// The same the other way round.
+    places: BTreeMap<(Role, usize), ChannelId>,
 }
 
 impl Signals {
+    /// Channels with the role and the agent (from 0) of each.
+    pub(super) fn new(channels: Vec<Channel>, ids: Vec<Option<(Role, usize)>>) -> Self {
+        let known = ids.iter().enumerate().filter_map(|(channel, id)| Some(((*id)?, ChannelId(channel))));
+        let places = known.collect();
+        Self { channels, ids, places }
+    }
+
     /// The channel on which `role` publishes for `agent` (from 0).
     pub fn find(&self, role: Role, agent: usize) -> Option<ChannelId> {
-        self.ids.iter().position(|id| *id == Some((role, agent))).map(ChannelId)
+        self.places.get(&(role, agent)).copied()
     }
 
     /// Layout of a channel.
     pub fn layout(&self, channel: ChannelId) -> &Layout {
         &self.channels[channel.0].layout
     }
+}
+
+/// What tells the inputs of a component apart.
+fn key(input: &Input) -> (ChannelId, bool) {
+    (input.channel, input.timing == Timing::Delayed)
 }
 
 /// Collects the inputs that a component asks for while it is built.
@@ -37,6 +53,10 @@ pub struct Bind<'a> {
     component: &'a str,
     inputs: Vec<Input>,
     outputs: Vec<ChannelId>,
+    /// The port of every input, by channel and whether it is read delayed.
+    input_ports: BTreeMap<(ChannelId, bool), usize>,
+    /// The port of every output.
+    output_ports: BTreeMap<ChannelId, usize>,
     /// The inputs are given, and no others can be had.
     fixed: bool,
 }
@@ -44,12 +64,25 @@ pub struct Bind<'a> {
 impl<'a> Bind<'a> {
     pub(super) fn new(signals: &'a Signals, role: Role, component: &'a str, agents: &[usize]) -> Self {
         let outputs = agents.iter().filter_map(|&agent| signals.find(role, agent)).collect();
-        Self { signals, role, component, inputs: Vec::new(), outputs, fixed: false }
+        Self::with(signals, role, component, Vec::new(), outputs, false)
     }
 
     /// Binds on the ports that a planned node has already.
     pub(super) fn adopt(signals: &'a Signals, role: Role, component: &'a str, node: &Node) -> Self {
-        Self { signals, role, component, inputs: node.inputs.clone(), outputs: node.outputs.clone(), fixed: true }
+        Self::with(signals, role, component, node.inputs.clone(), node.outputs.clone(), true)
+    }
+
+    fn with(
+        signals: &'a Signals,
+        role: Role,
+        component: &'a str,
+        inputs: Vec<Input>,
+        outputs: Vec<ChannelId>,
+        fixed: bool,
+    ) -> Self {
+        let input_ports = inputs.iter().map(key).zip(0..).collect();
+        let output_ports = outputs.iter().copied().zip(0..).collect();
+        Self { signals, role, component, inputs, outputs, input_ports, output_ports, fixed }
     }
 
     pub(super) fn into_edges(self) -> (Vec<Input>, Vec<ChannelId>) {
@@ -144,7 +177,7 @@ impl<'a> Bind<'a> {
 
     fn out_slice(&self, agent: usize, name: &str, length: usize) -> Result<(usize, usize), Refusal> {
         let place = self.signals.find(self.role, agent).and_then(|channel| {
-            let port = self.outputs.iter().position(|output| *output == channel)?;
+            let port = *self.output_ports.get(&channel)?;
             Some((port, self.offset(channel, name, length)?))
         });
         place.ok_or_else(|| {
@@ -188,15 +221,17 @@ impl<'a> Bind<'a> {
             return Err(Refusal(format!("{}, which offers only {}", needs(), offered(self.signals.layout(channel)))));
         };
         let input = Input { channel, timing };
+        let (_, delayed) = key(&input);
+        let exact = self.input_ports.get(&(channel, delayed));
         // A scenario may have changed the timing of a planned edge.
-        let planned = |known: &Input| self.fixed && known.channel == channel;
-        let exact = self.inputs.iter().position(|known| *known == input);
-        match exact.or_else(|| self.inputs.iter().position(planned)) {
-            Some(port) => Ok((port, offset)),
+        let planned = || self.input_ports.get(&(channel, !delayed)).filter(|_| self.fixed);
+        match exact.or_else(planned) {
+            Some(&port) => Ok((port, offset)),
             None if self.fixed => {
                 Err(Refusal(format!("{}, which the participant that it replaces does not read", needs())))
             }
             None => {
+                self.input_ports.insert(key(&input), self.inputs.len());
                 self.inputs.push(input);
                 Ok((self.inputs.len() - 1, offset))
             }

@@ -1,6 +1,7 @@
 //! The place of a participant in a planned network, and what builds it there, for programs that take the place of one.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use lockstep::{Network, Node, Participant, Plan};
 
@@ -39,13 +40,10 @@ pub fn kinds(role: Role, kinds: &'static [Kind]) -> impl FnOnce(&Plan, &[usize])
         let Some((_, kind, component)) = read_component(&scenario, role, kinds, &mut problems) else {
             return Err(first(problems.into_vec()));
         };
+        let site = Site { scenario: &scenario, plan, role, signals: Arc::new(signals_of(&plan.network)) };
         nodes
             .iter()
-            .map(|&node| {
-                build(&scenario, plan, role, node, kind.name, |agents, bind| {
-                    component.build(&scenario.context, agents, bind)
-                })
-            })
+            .map(|&node| site.build(node, kind.name, |agents, bind| component.build(&scenario.context, agents, bind)))
             .collect()
     }
 }
@@ -86,11 +84,11 @@ pub fn participant<P: Participant + 'static>(
 ) -> impl FnOnce(&Plan, &[usize]) -> Built {
     move |plan, nodes| {
         let scenario = load_scenario()?;
+        let site = Site { scenario: &scenario, plan, role, signals: Arc::new(signals_of(&plan.network)) };
         let built = nodes.iter().map(|&node| {
-            let station = Station::new(&scenario, plan, role, node)?;
-            let me = Interface::new(scenario.clone(), station, plan.dt, plan.steps);
+            let me = Interface::new(scenario.clone(), site.station(node)?, plan.dt, plan.steps);
             let participant = make(&me).map_err(|refusal| refusal.to_string())?;
-            Ok(guarded(&scenario, plan, role, node, Box::new(participant)))
+            Ok(site.guarded(node, Box::new(participant)))
         });
         built.collect()
     }
@@ -135,7 +133,7 @@ pub struct Station {
     pub agents: Vec<usize>,
     /// Its node as planned.
     pub node: Node,
-    signals: Signals,
+    signals: Arc<Signals>,
     role: Role,
 }
 
@@ -145,9 +143,7 @@ impl Station {
     /// # Errors
     /// Says that the node is of another role.
     pub fn new(scenario: &Scenario, plan: &Plan, role: Role, node: usize) -> Result<Self, String> {
-        let planned = &plan.network.nodes[node];
-        let agents = agents_of(scenario, role, &planned.name)?;
-        Ok(Self { agents, node: planned.clone(), signals: signals_of(&plan.network), role })
+        Site { scenario, plan, role, signals: Arc::new(signals_of(&plan.network)) }.station(node)
     }
 
     /// Whether it serves all agents, and not one of them.
@@ -161,29 +157,38 @@ impl Station {
     }
 }
 
-/// Builds the participant of a node on the ports that the plan gives it.
-fn build(
-    scenario: &Scenario,
-    plan: &Plan,
+/// The run that a process takes part in; its signals are the same for all nodes of the process.
+struct Site<'a> {
+    scenario: &'a Scenario,
+    plan: &'a Plan,
     role: Role,
-    node: usize,
-    kind: &str,
-    make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
-) -> Result<Box<dyn Participant>, String> {
-    let station = Station::new(scenario, plan, role, node)?;
-    let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
-    Ok(guarded(scenario, plan, role, node, participant))
+    signals: Arc<Signals>,
 }
 
-/// The participant with the ranges that the scenario declares for its outputs.
-fn guarded(
-    scenario: &Scenario,
-    plan: &Plan,
-    role: Role,
-    node: usize,
-    participant: Box<dyn Participant>,
-) -> Box<dyn Participant> {
-    ranges::guard(scenario, &signals_of(&plan.network), role, &plan.network.nodes[node], participant)
+impl Site<'_> {
+    /// The place of node number `node`.
+    fn station(&self, node: usize) -> Result<Station, String> {
+        let planned = &self.plan.network.nodes[node];
+        let agents = agents_of(self.scenario, self.role, &planned.name)?;
+        Ok(Station { agents, node: planned.clone(), signals: Arc::clone(&self.signals), role: self.role })
+    }
+
+    /// Builds the participant of a node on the ports that the plan gives it.
+    fn build(
+        &self,
+        node: usize,
+        kind: &str,
+        make: impl FnOnce(&[usize], &mut Bind) -> Result<Box<dyn Participant>, Refusal>,
+    ) -> Result<Box<dyn Participant>, String> {
+        let station = self.station(node)?;
+        let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
+        Ok(self.guarded(node, participant))
+    }
+
+    /// The participant with the ranges that the scenario declares for its outputs.
+    fn guarded(&self, node: usize, participant: Box<dyn Participant>) -> Box<dyn Participant> {
+        ranges::guard(self.scenario, &self.signals, self.role, &self.plan.network.nodes[node], participant)
+    }
 }
 
 /// The agents (from 0) that the node called `name` serves.
@@ -192,7 +197,9 @@ fn agents_of(scenario: &Scenario, role: Role, name: &str) -> Result<Vec<usize>, 
     if name == role.name() {
         return Ok((0..count).collect());
     }
-    let found = (0..count).find(|agent| node_name(role, &[*agent], false) == name);
+    let number = name.rsplit('_').next().and_then(|number| number.parse::<usize>().ok());
+    let agent = number.and_then(|number| number.checked_sub(1)).filter(|&agent| agent < count);
+    let found = agent.filter(|&agent| node_name(role, &[agent], false) == name);
     found.map(|agent| vec![agent]).ok_or_else(|| format!("`{name}` is no {role}; this program serves as {role} only"))
 }
 
@@ -203,5 +210,5 @@ fn signals_of(network: &Network) -> Signals {
         Some((role, number.checked_sub(1)?))
     };
     let ids = network.channels.iter().map(|channel| owner(&channel.topic)).collect();
-    Signals { channels: network.channels.clone(), ids }
+    Signals::new(network.channels.clone(), ids)
 }
