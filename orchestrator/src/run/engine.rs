@@ -88,7 +88,7 @@ impl Cast {
 const SWAPS: u32 = 16;
 
 impl Engine {
-    /// Builds all participants in this process, or starts the processes, which [`connect`](Self::connect) waits for. `stop`
+    /// Builds all participants in this process, or starts the processes, which `connect` waits for. `stop`
     /// ends both the start and the run. `reached` is given the directory of the run as soon as it is there, and the number of
     /// processes.
     ///
