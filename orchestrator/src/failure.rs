@@ -41,6 +41,19 @@ pub enum Failure {
         /// Where.
         step: u64,
     },
+    /// A step could not start within its period, and the scenario says that this ends the run.
+    #[error(
+        "the run stopped: step {step} was due {late:.3} s ago when the step before was done, a period takes {period} s, and the \
+         scenario says overrun = \"abort\""
+    )]
+    TooLate {
+        /// Which.
+        step: u64,
+        /// How late, s.
+        late: f64,
+        /// What a period takes, s.
+        period: f64,
+    },
     /// The run was interrupted by Ctrl-C or a signal.
     #[error("interrupted")]
     Interrupted,
@@ -73,7 +86,7 @@ impl Failure {
             Failure::Missed | Failure::Different | Failure::Nonconforming => 1,
             Failure::Invalid(_) | Failure::Usage(_) => 2,
             Failure::Unanswered(Unanswered::Over(_) | Unanswered::Refused { .. }) => 2,
-            Failure::Run(_) | Failure::Emergency { .. } => 3,
+            Failure::Run(_) | Failure::Emergency { .. } | Failure::TooLate { .. } => 3,
             Failure::Log(_) | Failure::Metric(_) => 4,
             Failure::System { .. } | Failure::Unanswered(_) => 5,
             Failure::Violated(_) => 6,
@@ -89,6 +102,9 @@ impl Failure {
             Failure::Log(LogError::Write { source, .. }) => of_system(source),
             Failure::System { source, .. } => of_system(source),
             Failure::Internal(_) => Some("this is a mistake in Phalanx; please report it with the command line"),
+            Failure::TooLate { .. } => Some(
+                "--profile shows what takes the time; a larger dt, --realtime 0.5 or [realtime] overrun = \"skip\" make room",
+            ),
             _ => None,
         }
     }
@@ -106,7 +122,7 @@ Exit codes:
   0    done, every metric within its band
   1    done, but a metric is outside its band, two logs differ, or a program does not conform
   2    the command line or the scenario is not valid; nothing was started
-  3    the run stopped early: a participant failed, hung or died, or an emergency stop; the log is kept up to there
+  3    the run stopped early: a participant failed, hung, died or was too late, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
   5    the operating system refused something
   6    an assertion of the scenario was violated; the log is complete, or ends there if the assertion stops the run

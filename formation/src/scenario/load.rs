@@ -8,8 +8,9 @@ use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
 use super::ranges::read_ranges;
+use super::realtime::read_overrun;
 use super::wishes::{read_edges, read_groups, read_swaps};
-use super::{Context, Expectation, FailurePolicy, FieldRange};
+use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
 use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
 use crate::wiring::Role;
 
@@ -45,6 +46,8 @@ pub struct Scenario {
     pub groups: Vec<Vec<String>>,
     /// What is to be done when a participant fails.
     pub on_failure: FailurePolicy,
+    /// What is to be done about steps that are late, if the scenario says so.
+    pub overrun: Option<Overrun>,
     /// Participants that something else plays, `plant_2`, and what that is, as for `--swap`.
     pub swaps: Vec<(String, String)>,
     /// The folder of its file, which paths in `[swap]` start from; `None` if it is no file, or its folder is not known.
@@ -79,6 +82,7 @@ pub const SECTIONS: &[&str] = &[
     "edges",
     "placement",
     "on_failure",
+    "realtime",
     "swap",
     "plant",
     "planner",
@@ -181,6 +185,7 @@ impl Scenario {
             plant_per_agent,
             groups,
             on_failure: FailurePolicy::read(&root, problems),
+            overrun: read_overrun(&root, problems),
             edges,
             swaps,
             folder: None,
@@ -233,13 +238,15 @@ impl Scenario {
         root.to_toml()
     }
 
-    /// The same without `[placement]`, `[on_failure]` and `[swap]`, which say who computes and how that is carried out, and
+    /// The same without `[placement]`, `[on_failure]`, `[realtime]` and `[swap]`, which say what computes it and how it is carried
+    /// out, and
     /// not what comes out: they do not belong into a log.
     pub fn to_record(&self) -> String {
         let mut root = self.root.clone();
         if let Some(table) = root.as_table_mut() {
             table.remove("placement");
             table.remove("on_failure");
+            table.remove("realtime");
             table.remove("swap");
         }
         root.to_toml()

@@ -9,6 +9,7 @@ use super::adjacency::{Adjacency, RING, TWO_WAY_RING};
 use super::agents::{Row, VehicleSection};
 use super::context::TopologySection;
 use super::coordinates::Coordinates;
+use super::realtime::RealtimeSection;
 use super::wishes::PlacementSection;
 use super::{Expectation, MOST_RESTARTS, Obstacles, OnFailure, Timing};
 
@@ -123,6 +124,7 @@ pub fn sections(generator: &mut SchemaGenerator) -> BTreeMap<&'static str, Schem
             }),
         ),
         ("on_failure", on_failure()),
+        ("realtime", generator.subschema_for::<RealtimeSection>()),
         (
             "swap",
             json_schema!({

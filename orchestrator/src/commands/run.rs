@@ -50,6 +50,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         log: log.clone(),
         scene: !args.no_scene,
         pace: args.realtime,
+        overrun: assembly.scenario.overrun,
         trace,
         on_failure: failure_policy(args, &assembly)?,
         stress: None,
@@ -250,6 +251,9 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
             pacing.beyond,
             pacing.worst * 1e3
         ));
+        if pacing.skipped > 0 {
+            say(format!("pace: {} periods were skipped; the run is behind the clock by as many", pacing.skipped));
+        }
     }
     if let Some(log) = &outcome.log {
         let path = log.path.display();
@@ -295,6 +299,7 @@ fn to_json(assembly: &Assembly, outcome: &Outcome, verdict: Option<&Verdict>, pl
         "overruns": outcome.pacing.map(|pacing| pacing.overruns),
         "pace": outcome.pacing.map(|pacing| json!({
             "steps": pacing.steps, "overruns": pacing.overruns, "beyond_period": pacing.beyond,
+            "skipped": pacing.skipped,
             "late_s": {
                 "p50": pacing.quantiles[0], "p90": pacing.quantiles[1], "p99": pacing.quantiles[2],
                 "p99.9": pacing.quantiles[3], "max": pacing.worst,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use formation::scenario::FailurePolicy;
+use formation::scenario::{FailurePolicy, Overrun};
 use lockstep::Wake;
 
 use super::pinning::Pin;
@@ -29,6 +29,8 @@ pub struct Options {
     pub progress: bool,
     /// Simulated seconds per second; `None`: as fast as possible.
     pub pace: Option<f64>,
+    /// What is done about steps that are late, if the scenario says so.
+    pub overrun: Option<Overrun>,
     /// Where a trace of the last steps goes; `None`: nothing is traced.
     pub trace: Option<PathBuf>,
     /// What is done when a participant fails.
@@ -58,6 +60,7 @@ impl Options {
             swaps: Vec::new(),
             progress: false,
             pace: None,
+            overrun: None,
             trace: None,
             on_failure: FailurePolicy::default(),
             stress: None,
@@ -76,6 +79,12 @@ impl Options {
     /// Whether a robot with a clock of its own takes part.
     pub(crate) fn has_robots(&self) -> bool {
         self.swaps.iter().any(|swap| swap.robot().is_some_and(RobotSwap::is_free))
+    }
+
+    /// What is done about steps that are late: with robots periods are skipped, since a robot must not get the commands of several
+    /// periods at once; without, steps catch up.
+    pub(crate) fn overrun(&self) -> Overrun {
+        self.overrun.unwrap_or(if self.has_robots() { Overrun::Skip } else { Overrun::CatchUp })
     }
 
     /// How many of its last runs every process keeps for the trace.

@@ -24,6 +24,15 @@ pub enum Ending {
         /// The step that did not run any more.
         step: u64,
     },
+    /// A step was late by a period or more, which is to end the run.
+    TooLate {
+        /// The step, which did not run any more.
+        step: u64,
+        /// How late it was, s.
+        late: f64,
+        /// What a period takes, s.
+        period: f64,
+    },
     /// A participant failed, and its policy did not replace it.
     Failed(RunError),
     /// The log could not be written.
@@ -39,6 +48,7 @@ impl Ending {
             Self::Interrupted { step } | Self::Emergency { step } => {
                 Some(RunError::Interrupted { step: *step }.to_string())
             }
+            &Self::TooLate { step, late, period } => Some(Failure::TooLate { step, late, period }.to_string()),
             Self::Failed(error) => Some(error.to_string()),
             Self::LogFailed(error) => Some(error.to_string()),
         }
@@ -70,6 +80,7 @@ impl Ending {
             Self::Complete | Self::Halted => Ok(()),
             Self::Interrupted { .. } => Err(Failure::Interrupted),
             Self::Emergency { step } => Err(Failure::Emergency { step }),
+            Self::TooLate { step, late, period } => Err(Failure::TooLate { step, late, period }),
             Self::Failed(error) => Err(Failure::Run(error)),
             Self::LogFailed(error) => Err(error.into()),
         }

@@ -1,5 +1,7 @@
 //! How participants are spread over processes.
 
+use std::collections::BTreeMap;
+
 use formation::wiring::Assembly;
 use lockstep::WorkerPlan;
 
@@ -37,11 +39,15 @@ impl Placement {
 
     /// The processes, and the nodes that each hosts.
     pub fn workers(self, assembly: &Assembly, swaps: &[Swap]) -> Vec<WorkerPlan> {
-        let groups = &assembly.scenario.groups;
+        let groups = assembly.scenario.groups.iter().enumerate();
+        // Backwards, so that the first group that names a participant counts.
+        let group_of: BTreeMap<&String, usize> =
+            groups.rev().flat_map(|(group, names)| names.iter().map(move |name| (name, group))).collect();
         let mut workers: Vec<WorkerPlan> = Vec::new();
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
             let swapped = swaps.iter().any(|swap| swap.node == node.name);
-            let group = groups.iter().position(|group| group.contains(&node.name));
+            let group = group_of.get(&node.name);
             let name = match (self, role.agents.as_slice(), group) {
                 _ if swapped => node.name.clone(),
                 (Self::Single, ..) => "all".to_string(),
@@ -49,10 +55,11 @@ impl Placement {
                 (Self::Groups, _, Some(group)) => format!("group_{}", group + 1),
                 _ => node.name.clone(),
             };
-            match workers.iter_mut().find(|worker| worker.name == name) {
-                Some(worker) => worker.nodes.push(index),
-                None => workers.push(WorkerPlan { name, nodes: vec![index] }),
-            }
+            let place = *places.entry(name).or_insert_with_key(|name| {
+                workers.push(WorkerPlan { name: name.clone(), nodes: Vec::new() });
+                workers.len() - 1
+            });
+            workers[place].nodes.push(index);
         }
         workers
     }

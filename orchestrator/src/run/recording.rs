@@ -27,7 +27,7 @@ pub(crate) fn create_log(
     let scenario = &assembly.scenario;
     let text = scenario.to_record();
     // What changes no bit of the result stays out of the log, so that equal results are equal logs.
-    let sections = ["placement", "on_failure", "swap"];
+    let sections = ["placement", "on_failure", "realtime", "swap"];
     let matters = |text: &&String| !sections.iter().any(|section| text.starts_with(section));
     let overrides: Vec<String> = scenario.overrides.iter().filter(matters).cloned().collect();
     let metadata = BTreeMap::from([

@@ -6,7 +6,7 @@ use formation::wiring::Assembly;
 use lockstep::{Network, Period};
 use processes::{RunDirectory, RunError, Tap};
 
-use super::control::{About, Keys, Pace, Server, Stop};
+use super::control::{About, Keys, Pace, Server, Stop, TooLate};
 use super::engine::{Engine, cores};
 use super::monitor::AssertionMonitor;
 use super::observer::{Flow, Observers, StepView};
@@ -86,7 +86,7 @@ impl<'a> Session<'a> {
         }
         stop.note_start();
         let keys = if options.progress { Keys::listen(&stop) } else { None };
-        let pace = options.pace.map(|factor| Pace::new(timing.dt, factor));
+        let pace = options.pace.map(|factor| Pace::new(timing.dt, factor, options.overrun()));
         if pace.is_none() {
             engine.balance(&cores);
         } else {
@@ -145,7 +145,10 @@ impl<'a> Session<'a> {
             if waited || step == 0 {
                 pace.restart(step);
             }
-            pace.wait(step, &self.stop);
+            pace.wait(step, &self.stop).map_err(|TooLate { late, period }| Ending::TooLate { step, late, period })?;
+            if pace.last().skipped > 0 {
+                tracing::warn!(step, periods = pace.last().skipped, "periods skipped: the step before took too long");
+            }
         }
         Ok(())
     }

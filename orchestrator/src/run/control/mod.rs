@@ -19,7 +19,7 @@ pub(crate) use client::ask;
 pub(crate) use keys::Keys;
 pub(crate) use message::{Request, State, Status, WorkerStatus};
 pub use pace::Pacing;
-pub(crate) use pace::{Pace, Start};
+pub(crate) use pace::{Pace, Start, TooLate};
 pub(crate) use server::{About, Server};
 
 /// What becomes of a swap for which the run has no step left.

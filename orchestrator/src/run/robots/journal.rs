@@ -13,6 +13,7 @@ const TOPIC: &str = "/phalanx/pace";
 pub(crate) struct Journal {
     pace: ExtraChannel,
     misses: u64,
+    skipped: u64,
     robots: Vec<Robot>,
 }
 
@@ -39,7 +40,8 @@ impl Journal {
     /// # Errors
     /// [`LogError`] if the log cannot take it.
     pub(crate) fn new(network: &Network, recorder: &mut Recorder) -> Result<Self, LogError> {
-        let fields = [Field::scalar("late", "s"), Field::scalar("missed", ""), Field::scalar("misses", "")];
+        let names = [("late", "s"), ("missed", ""), ("misses", ""), ("skipped", "")];
+        let fields = names.map(|(name, unit)| Field::scalar(name, unit));
         let layout = Layout::new(fields);
         let text = layout.ros2msg();
         let pace = recorder.add_channel(TOPIC, &own_type("Pace", &text), &text, Lasting::Volatile)?;
@@ -51,7 +53,7 @@ impl Journal {
             layout: channel.layout.clone(),
             state: State { connected: true, obeys: true, reconnections: 0.0, halts: 0.0 },
         });
-        Ok(Self { pace, misses: 0, robots: robots.collect() })
+        Ok(Self { pace, misses: 0, skipped: 0, robots: robots.collect() })
     }
 }
 
@@ -60,7 +62,8 @@ impl Observer for Journal {
     fn step(&mut self, view: &mut StepView, log: Option<&mut Recorder>) -> Result<Flow, LogError> {
         let (start, step, store) = (view.start, view.step, view.store);
         self.misses += u64::from(start.missed);
-        let words = [start.late, f64::from(u8::from(start.missed)), self.misses as f64];
+        self.skipped += start.skipped;
+        let words = [start.late, f64::from(u8::from(start.missed)), self.misses as f64, self.skipped as f64];
         let mut payload = ENCAPSULATION.to_vec();
         payload.extend_from_slice(&Header::new(step, view.period, 0, Status::Fresh).to_bytes());
         words.iter().for_each(|word| payload.extend_from_slice(&word.to_le_bytes()));

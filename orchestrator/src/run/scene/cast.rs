@@ -1,5 +1,7 @@
 //! Who is on the scene: agents, where their coordinates stand, and the links between them.
 
+use std::collections::BTreeMap;
+
 use formation::scenario::Agent;
 use formation::wiring::Assembly;
 use lockstep::{ChannelId, Network, Store};
@@ -18,6 +20,22 @@ const COLOURS: [[u8; 3]; 8] = [
     [0xf0, 0xe4, 0x42],
 ];
 
+/// The channels of a network by agent.
+struct Published<'a> {
+    network: &'a Network,
+    by_agent: BTreeMap<u32, Vec<usize>>,
+}
+
+impl<'a> Published<'a> {
+    fn of(network: &'a Network) -> Self {
+        let mut by_agent: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (index, channel) in network.channels.iter().enumerate() {
+            by_agent.entry(channel.agent).or_default().push(index);
+        }
+        Self { network, by_agent }
+    }
+}
+
 /// Numbers that stand in a channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signal {
@@ -28,16 +46,15 @@ pub(super) struct Signal {
 
 impl Signal {
     /// The field of this name of an agent, on the topic that ends in `role`, or on any topic.
-    fn find(network: &Network, agent: u32, role: Option<&str>, field: &str) -> Option<Self> {
-        network.channels.iter().enumerate().filter(|(_, channel)| channel.agent == agent).find_map(
-            |(index, channel)| {
-                if role.is_some_and(|role| channel.topic.rsplit('/').next() != Some(role)) {
-                    return None;
-                }
-                let (offset, width) = channel.layout.find(field)?;
-                Some(Self { channel: ChannelId(index), offset, width })
-            },
-        )
+    fn find(published: &Published, agent: u32, role: Option<&str>, field: &str) -> Option<Self> {
+        published.by_agent.get(&agent)?.iter().find_map(|&index| {
+            let channel = &published.network.channels[index];
+            if role.is_some_and(|role| channel.topic.rsplit('/').next() != Some(role)) {
+                return None;
+            }
+            let (offset, width) = channel.layout.find(field)?;
+            Some(Self { channel: ChannelId(index), offset, width })
+        })
     }
 
     /// Its values at the step that ran last.
@@ -64,7 +81,7 @@ pub(super) struct Actor {
 }
 
 impl Actor {
-    fn new(network: &Network, agent: &Agent) -> Option<Self> {
+    fn new(network: &Published, agent: &Agent) -> Option<Self> {
         let number = agent.number;
         let position = Signal::find(network, number, Some("state"), "position")?;
         let reference = |field| Signal::find(network, number, Some("reference"), field);
@@ -125,24 +142,36 @@ impl Link {
 /// All agents whose position is recorded.
 pub(super) fn actors(assembly: &Assembly) -> Vec<Actor> {
     let agents = &assembly.scenario.context.agents;
-    agents.iter().filter_map(|agent| Actor::new(&assembly.network, agent)).collect()
+    let published = Published::of(&assembly.network);
+    agents.iter().filter_map(|agent| Actor::new(&published, agent)).collect()
 }
 
 /// All links between actors that can exist.
 pub(super) fn links(assembly: &Assembly, actors: &[Actor]) -> Vec<Link> {
     let (agents, topology) = (&assembly.scenario.context.agents, &assembly.scenario.context.topology);
+    let published = Published::of(&assembly.network);
     // Weights are listed by the place of an agent in the scenario.
-    let place = |actor: &Actor| agents.iter().position(|agent| agent.number == actor.number);
+    let places: BTreeMap<u32, usize> = agents.iter().map(|agent| agent.number).zip(0..).collect();
+    let by_place: BTreeMap<usize, usize> =
+        actors.iter().enumerate().map(|(actor, who)| (places[&who.number], actor)).collect();
     let mut links = Vec::new();
     for (to, receiver) in actors.iter().enumerate() {
-        let weights = Signal::find(&assembly.network, receiver.number, None, "adjacency")
-            .filter(|signal| signal.width == agents.len());
-        for (from, sender) in actors.iter().enumerate().filter(|(from, _)| *from != to) {
-            let (Some(row), Some(column)) = (place(receiver), place(sender)) else { continue };
-            let fixed = topology.size() > row.max(column) && topology.a(row, column) > 0.0;
-            if fixed || weights.is_some() {
-                links.push(Link { from, to, fixed, weight: weights.map(|signal| (signal, column)) });
-            }
+        let row = places[&receiver.number];
+        let weights =
+            Signal::find(&published, receiver.number, None, "adjacency").filter(|signal| signal.width == agents.len());
+        let weight = |column| weights.map(|signal| (signal, column));
+        let neighbours = topology.neighbours(row);
+        match weights {
+            // Any link may come to exist.
+            Some(_) => links.extend(by_place.iter().filter(|(_, from)| **from != to).map(|(&column, &from)| {
+                let fixed = neighbours.binary_search(&column).is_ok();
+                Link { from, to, fixed, weight: weight(column) }
+            })),
+            None => links.extend(
+                neighbours
+                    .iter()
+                    .filter_map(|column| Some(Link { from: *by_place.get(column)?, to, fixed: true, weight: None })),
+            ),
         }
     }
     links

@@ -201,6 +201,7 @@ fn last_words(ending: &Ending, step: u64) -> (Level, String, String) {
         Ending::Interrupted { .. } | Ending::Emergency { .. } => {
             (Level::Warn, program(), format!("interrupted after step {step}"))
         }
+        Ending::TooLate { .. } => (Level::Fatal, program(), format!("too late for its time after step {step}")),
         Ending::Failed(RunError::Died { worker, death, .. }) => {
             (Level::Fatal, worker.clone(), format!("the process {death} after step {step}"))
         }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use formation::scenario::Overrun;
 use processes::RunError;
 
 use super::Departures;
@@ -10,7 +11,7 @@ use super::duet::{Duet, Setup};
 use crate::failure::Failure;
 use crate::log::{Recorder, Summary};
 use crate::recorded::Tape;
-use crate::run::control::{Pace, Stop};
+use crate::run::control::{Pace, Stop, TooLate};
 use crate::run::players::Player;
 use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};
@@ -49,12 +50,13 @@ pub fn rerun(
     }
     let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
     let is_free = setup.robot.and_then(Swap::robot).is_some_and(RobotSwap::is_free);
-    let mut pace = is_free.then(|| Pace::new(timing.dt, 1.0));
+    let overrun = assembly.scenario.overrun.unwrap_or(Overrun::Skip);
+    let mut pace = is_free.then(|| Pace::new(timing.dt, 1.0, overrun));
     if is_free {
         conductor.set_ahead(0);
     }
     let mut departures = Departures::new(network, tolerance, timing.dt);
-    let mut stopped = None;
+    let (mut stopped, mut too_late) = (None, None);
     for step in 0..=timing.periods() {
         if !tape.wind(step)? {
             break;
@@ -63,7 +65,10 @@ pub fn rerun(
             if step == 0 {
                 pace.restart(step);
             }
-            pace.wait(step, stop);
+            if let Err(TooLate { late, period }) = pace.wait(step, stop) {
+                too_late = Some(Failure::TooLate { step, late, period });
+                break;
+            }
         }
         let next = if stop.is_requested() { Err(RunError::Interrupted { step }) } else { conductor.step() };
         if let Err(error) = next {
@@ -80,5 +85,6 @@ pub fn rerun(
     }
     conductor.finish()?;
     let log = recorder.map(Recorder::finish).transpose()?;
+    too_late.map_or(Ok(()), Err)?;
     Ok(Outcome { departures, log, stopped })
 }
