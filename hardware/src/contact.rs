@@ -13,6 +13,8 @@ use crate::tracker::Tracker;
 
 /// Time between two attempts to reach a robot that does not listen yet.
 const RETRY: Duration = Duration::from_millis(100);
+/// A command may follow the one before by a period less this share of it: delays of the scheduler are no second command.
+const SLACK: u32 = 4;
 
 /// What became of the commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,9 +22,33 @@ pub(crate) struct LinkCounts {
     pub(crate) commands: u64,
     pub(crate) acknowledged: u64,
     pub(crate) unsent: u64,
+    pub(crate) too_soon: u64,
     pub(crate) late: u64,
     pub(crate) reconnections: u64,
     pub(crate) watchdog: u64,
+}
+
+/// Admits one command per period: the generic cell rate algorithm.
+struct Pacer {
+    period: Duration,
+    /// When the next command is due, if there was one.
+    due: Option<Instant>,
+}
+
+impl Pacer {
+    fn new(period: Duration) -> Self {
+        Self { period, due: None }
+    }
+
+    /// Whether a command may be sent now, which counts as sent then.
+    fn admits(&mut self, now: Instant) -> bool {
+        let due = self.due.unwrap_or(now);
+        if now + self.period / SLACK < due {
+            return false;
+        }
+        self.due = Some(due.max(now) + self.period);
+        true
+    }
 }
 
 /// The state of a bridge, shared by its participants and its thread.
@@ -34,6 +60,7 @@ pub(crate) struct Contact {
     inputs: usize,
     /// Time between two commands, ns.
     period: Period,
+    pacer: Pacer,
     link: Option<Box<dyn Link>>,
     /// Number of the last frame that was sent.
     sequence: u32,
@@ -70,6 +97,7 @@ impl Contact {
             settings: settings.clone(),
             inputs,
             period,
+            pacer: Pacer::new(Duration::from_nanos(period.rounded_ns())),
             link: None,
             sequence: 0,
             acknowledged: None,
@@ -133,8 +161,13 @@ impl Contact {
         (self.acknowledged, self.frames, self.asked, self.owing) = (None, 0, None, None);
     }
 
-    /// Sends a command that holds from `stamp` on.
+    /// Sends a command that holds from `stamp` on; with the clock on the wall not more than one per period, whatever the run
+    /// does: one that comes too soon is left out, and the next one follows within a period.
     pub(crate) fn command(&mut self, stamp: u64, inputs: &[f64]) {
+        if self.settings.clock == Clock::Wall && !self.pacer.admits(Instant::now()) {
+            self.counts.too_soon += 1;
+            return;
+        }
         let mut values = [0.0; MAX_INPUTS];
         values[..inputs.len()].copy_from_slice(inputs);
         if self.send(&Message::Command { count: inputs.len(), inputs: values }, stamp) {
@@ -254,7 +287,7 @@ impl Contact {
         if patience > 0.0 && self.owing.is_some_and(|since| since.elapsed().as_secs_f64() > patience) {
             self.lose(&LinkError::Silent(patience));
         }
-        let limit = Duration::from_nanos(self.period.rounded_ns()) * self.settings.watchdog_periods;
+        let limit = Duration::from_nanos(self.period.rounded_ns()).saturating_mul(self.settings.watchdog_periods);
         if self.link.is_some() && self.told.is_some_and(|told| told.elapsed() > limit) {
             // Said again and again, but counted once.
             self.counts.watchdog += u64::from(std::mem::take(&mut self.drives));
@@ -269,9 +302,9 @@ impl Contact {
 
     /// What came of it all.
     pub(crate) fn summary(&self) -> String {
-        let LinkCounts { commands, acknowledged, unsent, late, reconnections, watchdog } = self.counts;
+        let LinkCounts { commands, acknowledged, unsent, too_soon, late, reconnections, watchdog } = self.counts;
         format!(
-            "{commands} commands, {acknowledged} acknowledged, {unsent} not sent, {late} late answers, {reconnections} \
+            "{commands} commands, {acknowledged} acknowledged, {unsent} not sent, {too_soon} left out as a second one in a period, {late} late answers, {reconnections} \
              reconnections, {watchdog} halts by the watchdog; {}",
             self.tracker.counts
         )
@@ -342,5 +375,29 @@ fn greet(
         Message::Welcome { body: found } => Err(format!("the robot at {target} is number {found}, not {body}")),
         Message::Refused { reason } => Err(format!("the robot at {target} refuses: {reason}")),
         _ => Err(format!("the robot at {target} answers with something else than a welcome")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_gets_one_command_per_period_whatever_the_run_does() {
+        let (period, start) = (Duration::from_millis(10), Instant::now());
+        let sent = |times: &[u64]| {
+            let mut pacer = Pacer::new(period);
+            times.iter().filter(|&&micros| pacer.admits(start + Duration::from_micros(micros))).count()
+        };
+        // In time, with delays of the scheduler, and after a pause.
+        assert_eq!(sent(&[0, 10_000, 20_000, 30_000]), 4);
+        assert_eq!(sent(&[60, 10_000, 20_900, 30_000, 40_300, 50_000]), 6);
+        assert_eq!(sent(&[0, 1_500_000, 1_510_000]), 3);
+        // A burst of 100 commands within 50 ms after a stall.
+        let burst: Vec<u64> = (0..100).map(|index| 1_500_000 + 500 * index).collect();
+        assert!((5..=6).contains(&sent(&burst)), "{}", sent(&burst));
+        // Commands half a period apart, for 10 s.
+        let twice: Vec<u64> = (0..2000).map(|index| 5_000 * index).collect();
+        assert!((999..=1001).contains(&sent(&twice)), "{}", sent(&twice));
     }
 }

@@ -9,7 +9,7 @@ use crate::tracker::{PoseCounts, seconds};
 pub const CHANNEL: &str = "hardware";
 
 /// Name and unit of every number, in order. Those without a unit are flags and counts.
-const FIELDS: [(&str, &str); 19] = [
+const FIELDS: [(&str, &str); 20] = [
     ("connected", ""),
     ("obeys", ""),
     ("age", "s"),
@@ -29,6 +29,7 @@ const FIELDS: [(&str, &str); 19] = [
     ("missing", ""),
     ("malformed", ""),
     ("too_many", ""),
+    ("too_soon", ""),
 ];
 
 /// The fields of a sample.
@@ -64,5 +65,6 @@ pub(crate) fn sample(contact: &Contact) -> [f64; FIELDS.len()] {
         count(missing),
         count(malformed),
         count(too_many),
+        count(counts.too_soon),
     ]
 }
