@@ -102,8 +102,8 @@ fn the_page_grows_frame_by_frame_to_the_last_step() {
         let address = address.clone();
         move || get(&address, "/events", &address)
     });
-    assert!(get(&address, "/", "elsewhere.example").starts_with("HTTP/1.0 403"));
-    assert!(get(&address, "/other", &address).starts_with("HTTP/1.0 404"));
+    assert!(get(&address, "/", "elsewhere.example").starts_with("HTTP/1.1 403"));
+    assert!(get(&address, "/other", &address).starts_with("HTTP/1.1 404"));
     let mut page = String::new();
     wait_until("the page has data", || {
         page = get(&address, "/", &address);
