@@ -61,6 +61,7 @@ impl Ending {
             Self::Halted => "halted",
             Self::Interrupted { .. } => "interrupted",
             Self::Emergency { .. } => "emergency",
+            Self::TooLate { .. } => "too_late",
             Self::Failed(_) => "failed",
             Self::LogFailed(_) => "log_failed",
         }
