@@ -111,8 +111,7 @@ fn densest(robot: &Robot) -> usize {
 fn after_a_stall_a_robot_gets_one_command_per_period_and_no_step_is_lost() {
     let (folder, robot) = (Folder::new(), Robot::start());
     let end = stalled(&folder, &robot, "");
-    // The bands of the scenario are not meant for a robot that stands still.
-    assert_eq!(end.code(), 1, "{}", end.stderr());
+    assert_eq!(end.code(), 0, "{}", end.stderr());
     let gone = robot.gone.recv_timeout(Duration::from_secs(20));
     assert_eq!(gone, Err(RecvTimeoutError::Disconnected), "the bridge is still there");
     assert!(densest(&robot) <= 11, "{} commands within ten periods", densest(&robot));
@@ -131,7 +130,7 @@ fn after_a_stall_a_robot_gets_one_command_per_period_and_no_step_is_lost() {
 fn a_run_that_catches_up_does_not_hand_the_burst_on_to_the_robot() {
     let (folder, robot) = (Folder::new(), Robot::start());
     let end = stalled(&folder, &robot, "realtime = { overrun = \"catch_up\" }");
-    assert_eq!(end.code(), 1, "{}", end.stderr());
+    assert_eq!(end.code(), 0, "{}", end.stderr());
     assert!(densest(&robot) <= 11, "{} commands within ten periods", densest(&robot));
     assert_eq!(end.json()["pace"]["skipped"], 0);
     let log = Log::open(&folder.path("a.mcap")).expect("a log");
