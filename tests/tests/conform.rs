@@ -87,5 +87,5 @@ fn a_program_that_is_not_there_is_said_to_be_missing() {
     let output = Command::new(PROGRAM).args(["conform", "plant", "--", "./no_such_program"]).output().expect("a start");
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(stderr.contains("cannot start ./no_such_program"), "{stderr}");
+    assert!(stderr.contains("there is no program ./no_such_program"), "{stderr}");
 }
