@@ -40,10 +40,11 @@ print("kept", all(np.isfinite(view).all() for view in kept), file=sys.stderr)
 @pytest.mark.parametrize(("variant", "node"), [("TSC", "controller.3"), ("TOC", "controller_6"), ("multirate", "controller.1")])
 def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, variant: str, node: str) -> None:
     flight = ("run", "uav", "--variant", variant, "--duration", "3", "-q", "--json")
-    ours = run(*flight, "--out", "ours.mcap").json
+    run(*flight, "--out", "ours.mcap")
     swap = f"{node}='{sys.executable}' '{EXAMPLE}'"
-    theirs = run(*flight, "--out", "theirs.mcap", "--swap", swap).json
-    assert theirs["sha256"] == ours["sha256"]
+    run(*flight, "--out", "theirs.mcap", "--swap", swap)
+    # The log names the program that played; the samples are the same.
+    assert run("verify", "ours.mcap", "theirs.mcap", "--json").json["equal"]
 
 
 @pytest.mark.parametrize("page", ["python/README.md", "docs/adding-a-controller.md"])
