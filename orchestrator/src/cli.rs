@@ -339,11 +339,18 @@ pub(crate) struct DoctorArgs {
 }
 
 impl Command {
-    /// Whether it first removes what dead runs have left: all that a person calls, unless that is what it is for.
+    /// Whether it first removes what dead runs have left: those that start runs. What only reads, or talks to a run, does not
+    /// depend on what stands in shared memory.
     fn is_to_sweep(&self) -> bool {
-        // Whoever asks a run must not wait for the lock of all of them.
-        let only_asks = matches!(self, Command::Doctor(_) | Command::Ctl(_) | Command::Top(_) | Command::Watch(_));
-        !only_asks && !self.is_part()
+        matches!(
+            self,
+            Command::Run(_)
+                | Command::Profile(_)
+                | Command::Replay(_)
+                | Command::Verify(_)
+                | Command::Campaign(_)
+                | Command::Conform(_)
+        )
     }
 
     /// Whether it is started by a run, which reads what it prints.

@@ -18,11 +18,12 @@ pub(crate) use crate::cell::RING;
 use crate::cell::{Class, ReadRing, WriteRing, class_for};
 use crate::directory;
 use crate::page::Page;
+use crate::seal::SealKey;
 use lockstep::PlanError;
 use lockstep::{ChannelId, Header, Network, Node, Plan, Status, Store};
 
 /// Where iceoryx2 keeps its files within the run directory.
-const ROOT: &str = "iox";
+pub(crate) const ROOT: &str = "iox";
 /// Readers and nodes that may join a service beyond those of the plan: tools that look on.
 const SPARE: usize = 4;
 
@@ -51,6 +52,7 @@ pub(crate) struct Hub {
 /// The cells of one channel, to write.
 pub(crate) struct ChannelWriter {
     channel: ChannelId,
+    key: SealKey,
     cells: WriteRing,
 }
 
@@ -63,15 +65,27 @@ pub(crate) struct ChannelReader {
     incarnation: u32,
     /// Whether it writes at every step from the first.
     always: bool,
+    key: SealKey,
     cells: ReadRing,
 }
 
 /// A sample that is not the one that was due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct WrongStep {
-    pub(crate) channel: ChannelId,
-    pub(crate) found: u64,
-    pub(crate) expected: u64,
+pub(crate) struct BadSample {
+    channel: ChannelId,
+    /// Number of the node that writes it.
+    writer: usize,
+    expected: u64,
+    wrong: Wrong,
+}
+
+/// What is wrong with a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wrong {
+    /// It is as it was published at another step.
+    Step(u64),
+    /// It is not as it was published.
+    Altered,
 }
 
 impl Hub {
@@ -172,7 +186,8 @@ impl Board<'_> {
         let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
         let open = |(output, &channel): (usize, &ChannelId)| {
             let cells = class_of(self.network, channel)?.writer(&port, output).map_err(error(failed()))?;
-            Ok(ChannelWriter { channel, cells })
+            let key = SealKey::of(channel, self.incarnation);
+            Ok(ChannelWriter { channel, key, cells })
         };
         outputs.map(open).collect()
     }
@@ -188,7 +203,8 @@ impl Board<'_> {
         let open = |(output, &channel): (usize, &ChannelId)| {
             let cells = class_of(self.network, channel)?.reader(&port, output).map_err(error(failed()))?;
             let always = self.network.nodes[self.node].always_runs();
-            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, always, cells })
+            let key = SealKey::of(channel, self.incarnation);
+            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, always, key, cells })
         };
         outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
     }
@@ -204,7 +220,8 @@ impl ChannelWriter {
     #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn publish(&mut self, store: &Store, step: u64) {
         if let Some(header) = store.header(self.channel, step) {
-            self.cells.write(step, header, store.read(self.channel, step));
+            let words = store.read(self.channel, step);
+            self.cells.write(step, (header, self.key.seal(header, words)), words);
         }
     }
 }
@@ -213,15 +230,19 @@ impl ChannelReader {
     /// Fetches the sample of `step` into the store, if there is one yet.
     ///
     /// # Errors
-    /// [`WrongStep`] if the cell holds another sample than the one that is due.
+    /// [`BadSample`] if the cell holds another sample than the one that is due, or not what was published.
     #[unsafe(link_section = "lockstep_step")]
-    pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), WrongStep> {
+    pub(crate) fn fetch(&self, network: &Network, store: &mut Store, step: u64) -> Result<(), BadSample> {
         let expected = if self.always { Some(step) } else { network.nodes[self.writer].last_run(step) };
         let Some(expected) = expected else { return Ok(()) };
-        let header = self.cells.read(step, store.write(self.channel, step));
+        let words = store.write(self.channel, step);
+        let (header, seal) = self.cells.read(step, words);
+        if seal != self.key.seal(&header, words) {
+            return Err(self.bad(expected, if seal == 0 { Wrong::Step(header.step) } else { Wrong::Altered }));
+        }
         // What stands in for a failed participant is as old as its last sample.
         if header.step != expected && header.status != Status::Stale as u32 {
-            return Err(WrongStep { channel: self.channel, found: header.step, expected });
+            return Err(self.bad(expected, Wrong::Step(header.step)));
         }
         store.stamp(self.channel, step, header);
         Ok(())
@@ -229,17 +250,36 @@ impl ChannelReader {
 }
 
 impl ChannelReader {
-    /// Copies whatever sample stands in the cell of `step` and returns its header, for those who only look on.
-    pub(crate) fn peek(&self, step: u64, words: &mut [f64]) -> Header {
-        self.cells.read(step, words)
+    /// Copies whatever sample stands in the cell of `step` and returns its header, for those who only monitor a run; `None` if
+    /// it is not as it was published.
+    pub(crate) fn peek(&self, step: u64, words: &mut [f64]) -> Option<Header> {
+        let (header, seal) = self.cells.read(step, words);
+        (seal == 0 || seal == self.key.seal(&header, words)).then_some(header)
+    }
+
+    /// Of which step the sample in the cell of `step` is.
+    pub(crate) fn step_in(&self, step: u64) -> u64 {
+        self.cells.read(step, &mut []).0.step
+    }
+
+    #[cold]
+    fn bad(&self, expected: u64, wrong: Wrong) -> BadSample {
+        BadSample { channel: self.channel, writer: self.writer, expected, wrong }
     }
 }
 
-impl WrongStep {
+impl BadSample {
     /// The error in words.
     pub(crate) fn describe(&self, network: &Network) -> String {
         let topic = &network.channels[self.channel.0].topic;
-        format!("the sample of {topic} is that of step {}, not of step {}", self.found, self.expected)
+        let (writer, expected) = (&network.nodes[self.writer].name, self.expected);
+        match self.wrong {
+            Wrong::Step(found) => format!("the sample of {topic} is that of step {found}, not of step {expected}"),
+            Wrong::Altered => format!(
+                "the sample of {topic} of step {expected} is not what {writer} has published: a process has written into \
+                 its shared memory, as a stray pointer does"
+            ),
+        }
     }
 }
 

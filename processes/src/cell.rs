@@ -21,12 +21,14 @@ pub(crate) const RING: u64 = 8;
 #[repr(C)]
 pub(crate) struct Cell<const W: usize> {
     header: Header,
+    /// See [`crate::seal`]; 0 before anything is written.
+    seal: u64,
     words: [MaybeUninit<f64>; W],
 }
 
 impl<const W: usize> Cell<W> {
     fn empty() -> Self {
-        Self { header: Header::default(), words: [MaybeUninit::new(0.0); W] }
+        Self { header: Header::default(), seal: 0, words: [MaybeUninit::new(0.0); W] }
     }
 }
 
@@ -67,7 +69,7 @@ fn whole<T>(entries: Vec<T>) -> [T; RING as usize] {
     entries.try_into().unwrap_or_else(|_| unreachable!("an entry for every place"))
 }
 
-fn read<const W: usize>(ring: &Reads<W>, place: usize, words: &mut [f64]) -> Header
+fn read<const W: usize>(ring: &Reads<W>, place: usize, words: &mut [f64]) -> (Header, u64)
 where
     Cell<W>: ZeroCopySend,
 {
@@ -76,10 +78,10 @@ where
     // layout; the pointer is that of an array of f64 of which the slice is a part.
     let written = unsafe { std::slice::from_raw_parts(cell.words[..words.len()].as_ptr().cast(), words.len()) };
     words.copy_from_slice(written);
-    cell.header
+    (cell.header, cell.seal)
 }
 
-fn write<const W: usize>(ring: &mut Writes<W>, place: usize, header: &Header, words: &[f64])
+fn write<const W: usize>(ring: &mut Writes<W>, place: usize, (header, seal): (&Header, u64), words: &[f64])
 where
     Cell<W>: ZeroCopySend,
 {
@@ -90,6 +92,7 @@ where
     // may stay unwritten where the sample ends, since their type allows for it.
     ring[place] = Some(unsafe {
         (&raw mut (*cell).header).write(*header);
+        (&raw mut (*cell).seal).write(seal);
         let place = &mut (&mut (*cell).words)[..words.len()];
         std::ptr::copy_nonoverlapping(words.as_ptr(), place.as_mut_ptr().cast(), words.len());
         loan.assume_init_and_update()
@@ -164,10 +167,10 @@ macro_rules! size_classes {
         }
 
         impl ReadRing {
-            /// Copies the words of the sample in the cell of `step` and returns its header. `words` must not be longer than
-            /// the cell.
+            /// Copies the words of the sample in the cell of `step` and returns its header and its seal. `words` must not be
+            /// longer than the cell.
             #[unsafe(link_section = "lockstep_step")]
-            pub(crate) fn read(&self, step: u64, words: &mut [f64]) -> Header {
+            pub(crate) fn read(&self, step: u64, words: &mut [f64]) -> (Header, u64) {
                 let place = (step % RING) as usize;
                 match self {
                     $(Self::$class(ring) => read(ring, place, words),)*
@@ -181,9 +184,9 @@ macro_rules! size_classes {
         }
 
         impl WriteRing {
-            /// Publishes the sample of `step`. `words` must not be longer than the cell.
+            /// Publishes the sample of `step` with its seal. `words` must not be longer than the cell.
             #[unsafe(link_section = "lockstep_step")]
-            pub(crate) fn write(&mut self, step: u64, header: &Header, words: &[f64]) {
+            pub(crate) fn write(&mut self, step: u64, header: (&Header, u64), words: &[f64]) {
                 let place = (step % RING) as usize;
                 match self {
                     $(Self::$class(ring) => write(ring, place, header, words),)*
@@ -211,6 +214,6 @@ mod tests {
         let size = |words| class_for(words).map(|class| class as usize);
         assert_eq!([size(0), size(4), size(5), size(MAX_WORDS)], [Some(4), Some(4), Some(8), Some(512)]);
         assert_eq!(size(MAX_WORDS + 1), None);
-        assert_eq!(size_of::<Cell<16>>(), lockstep::HEADER_BYTES + 16 * 8);
+        assert_eq!(size_of::<Cell<16>>(), lockstep::HEADER_BYTES + 8 + 16 * 8);
     }
 }

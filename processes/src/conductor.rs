@@ -5,17 +5,20 @@ mod arrange;
 mod balance;
 mod child;
 mod crew;
+mod damage;
 mod error;
 mod gauge;
+mod guardian;
 mod lookout;
 mod poll;
+mod ports;
 mod pump;
 mod replace;
 mod tempo;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -29,12 +32,16 @@ pub use replace::History;
 use alarm::Alarm;
 use arrange::Arrangement;
 use crew::Crew;
+use damage::Allowance;
 use error::system;
+use guardian::Guardian;
+use ports::Ports;
 use tempo::Tempo;
 
-use crate::board::{ChannelReader, Hub, RING};
+use crate::board::RING;
+use crate::lineage::Lineage;
 use crate::page::{Events, Page};
-use crate::{RunDirectory, directory};
+use crate::{RunDirectory, bus, directory};
 use lockstep::{Plan, Store, Wake};
 
 /// How a conductor treats its workers.
@@ -69,10 +76,7 @@ impl Default for Settings {
 pub struct Conductor {
     // Dropped in this order: first the processes, then what they share, last the directory.
     crew: Crew,
-    readers: Vec<ChannelReader>,
-    /// Those of workers that were replaced before all were connected; they keep the services until all are.
-    former: Vec<ChannelReader>,
-    hub: Hub,
+    ports: Ports,
     /// How many processes read from each node's service.
     reader_counts: Vec<usize>,
     store: Store,
@@ -84,6 +88,10 @@ pub struct Conductor {
     arrangement: Arrangement,
     /// How many steps the workers may be ahead of the step that is returned next.
     ahead: u64,
+    /// What the page must say about that.
+    allowance: Allowance,
+    /// The shared memory of the run, with its sizes.
+    segments: Vec<(PathBuf, u64)>,
     ready: bool,
     /// Whether a step has failed.
     failed: bool,
@@ -100,14 +108,21 @@ impl Conductor {
         plan.run = directory.name().into();
         plan.wake = settings.wake;
         directory.write_plan(&plan)?;
-        let hub = Hub::join(directory.path(), &plan.run, "conductor")?;
-        let mut readers = Vec::new();
+        // Early: it has a copy of what this process has in memory.
+        let lineage = Lineage::new();
+        directory.note_lineage(lineage)?;
+        let guardian = Guardian::start(lineage).map_err(system("start the process that guards the run"))?;
+        bus::stand_in_for_missing_memory();
+        let mut ports = Ports::open(directory.path(), &plan.run)?;
         let reader_counts = reader_counts(&plan, settings.replacements as usize);
-        for (node, &processes) in reader_counts.iter().enumerate() {
-            if !plan.network.nodes[node].outputs.is_empty() {
-                readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
+        ports.extend(|hub, readers| {
+            for (node, &processes) in reader_counts.iter().enumerate() {
+                if !plan.network.nodes[node].outputs.is_empty() {
+                    readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
+                }
             }
-        }
+            Ok::<(), RunError>(())
+        })?;
         let events = match plan.wake {
             Wake::Futex => None,
             Wake::Events => Some(Events::create(directory.path(), &plan, settings.replacements as usize)?),
@@ -117,13 +132,12 @@ impl Conductor {
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         page.use_events(events);
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
-        let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output)?;
+        let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output, (lineage, guardian))?;
+        let segments = directory.segments();
         let store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
         Ok(Self {
             crew,
-            readers,
-            former: Vec::new(),
-            hub,
+            ports,
             reader_counts,
             store,
             plan,
@@ -133,6 +147,8 @@ impl Conductor {
             tempo: Tempo::new(),
             arrangement: Arrangement::default(),
             ahead: RING - 1,
+            allowance: Allowance::default(),
+            segments,
             ready: false,
             failed: false,
             next: 0,
@@ -174,7 +190,6 @@ impl Conductor {
             let rings = page.rings();
             if page.ready_count() == workers.len() {
                 self.ready = true;
-                self.former.clear();
                 return Ok(());
             }
             self.look_around(0, None)?;
@@ -204,15 +219,17 @@ impl Conductor {
         if !self.ready {
             self.wait_ready(Duration::ZERO)?;
         }
-        self.crew.alarm.page.allow((step + self.ahead + 1).min(self.plan.steps));
-        self.await_step(step)?;
+        self.look_at_page(step)?;
+        self.allowance.allow(&self.crew.alarm.page, (step + self.ahead + 1).min(self.plan.steps));
+        self.await_step(step).map_err(|error| self.explain(step, error))?;
         self.tempo.at(step, &self.crew.alarm.page);
         self.arrange(step);
         if self.recording {
-            for reader in &self.readers {
-                reader
-                    .fetch(&self.plan.network, &mut self.store, step)
-                    .map_err(|wrong| RunError::Recording { step, message: wrong.describe(&self.plan.network) })?;
+            for reader in self.ports.readers.iter() {
+                if let Err(bad) = reader.fetch(&self.plan.network, &mut self.store, step) {
+                    let error = RunError::Recording { step, message: bad.describe(&self.plan.network) };
+                    return Err(self.explain(step, error));
+                }
             }
         }
         self.next += 1;
@@ -274,9 +291,9 @@ impl Conductor {
     /// # Errors
     /// [`RunError::Directory`] if a file cannot be removed.
     pub fn finish(self) -> Result<(), RunError> {
-        let Self { crew, readers, former, hub, directory, .. } = self;
+        let Self { crew, ports, directory, .. } = self;
         drop(crew);
-        drop((readers, former, hub));
+        drop(ports);
         Ok(directory.close()?)
     }
 }

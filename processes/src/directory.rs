@@ -1,19 +1,45 @@
 //! The directory of a run, and the removal of what dead runs have left.
+//!
+//! A run holds the lock of its directory as long as it lives; the kernel takes it from a process that ends, however it ends.
+//! The directory is made under a hidden name and gets its own one when it is locked; it is removed under a hidden name again.
+//! So a directory with the name of a run is always locked by its run, or that of a dead one, and nobody has to wait for
+//! anybody.
 
-use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
-use std::io::{self, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+mod door;
+mod held;
+mod homes;
+mod segments;
+
+use std::fs::{self, OpenOptions, TryLockError};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use lockstep::{PLAN_FILE, Plan, PlanError};
-use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use rustix::fs::{OFlags, statvfs};
+use rustix::io::Errno;
+
+pub(crate) use door::Door;
+pub use held::HeldDirectory;
+use held::{Found, open_own};
+use homes::Home;
+
+use crate::lineage::Lineage;
 
 /// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
-const SHARED_MEMORY: &str = "/dev/shm";
-/// Its lock is held as long as the run lives.
-pub(crate) const LOCK_FILE: &str = "lock";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// Longest name of a run: socket paths and file names in shared memory are limited.
 const MAX_NAME: usize = 40;
+/// What the name of a directory begins with that is no run yet ...
+const STAGED: &str = ".new-";
+/// ... and none any more.
+const DEAD: &str = ".dead-";
+/// Where a run writes down which processes descend from it.
+const LINEAGE_FILE: &str = "lineage";
+/// Bytes of it that are read.
+const MAX_LINEAGE: u64 = 64;
+/// How often making a directory is tried again, because that of all runs was removed meanwhile.
+const ATTEMPTS: usize = 100;
 
 /// What could not be done with a run directory.
 #[derive(Debug, thiserror::Error)]
@@ -27,106 +53,134 @@ pub struct DirectoryError {
     pub source: io::Error,
 }
 
+/// What [`RunDirectory::sweep`] has done.
+#[derive(Debug, Default)]
+pub struct Swept {
+    /// Names of the dead runs whose files were removed.
+    pub removed: Vec<String>,
+    /// What of dead runs could not be removed.
+    pub kept: Vec<DirectoryError>,
+    /// Names that look like those of this user's runs, but are not theirs. They do no harm.
+    pub foreign: Vec<PathBuf>,
+    /// Another process is sweeping, so nothing was done: which one.
+    pub busy: Option<String>,
+}
+
 /// `/dev/shm/phalanx-<uid>/<run>/`, readable by the user alone, locked while the run lives, removed with the value.
+///
+/// If `/dev/shm/phalanx-<uid>` is not a directory of this user alone, it is `/dev/shm/phalanx-<uid>-2/<run>/`, and so on.
 #[derive(Debug)]
 pub struct RunDirectory {
     name: String,
+    /// `None` once it is closed.
+    held: Option<HeldDirectory>,
     path: PathBuf,
-    /// Held, not used: the lock goes with it.
-    _lock: File,
-    /// Nothing is left to be removed.
-    closed: bool,
 }
 
 impl RunDirectory {
-    /// A directory for a run called `base`, or `base-2`, `base-3` and so on if there is such a run already.
+    /// A directory for a run called `base`, or `base-2`, `base-3` and so on if that is taken: by a run, or by anything in
+    /// shared memory that is called like a file of such a run.
     ///
     /// Characters other than letters, digits and `-` become `-`; the name is cut at 40 characters.
     ///
     /// # Errors
-    /// [`DirectoryError`] if the file system refuses, or if somebody else owns the place.
+    /// [`DirectoryError`] if the file system refuses.
     pub fn create(base: &str) -> Result<Self, DirectoryError> {
         let base = clean(base);
-        let parent = Parent::lock()?;
-        for number in 1u64.. {
-            let name = if number == 1 { base.clone() } else { format!("{base}-{number}") };
-            let path = parent.path.join(&name);
-            match DirBuilder::new().mode(0o700).create(&path) {
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
-                result => result.map_err(at(&path, "create"))?,
+        let mut refused = None;
+        for place in Home::candidates() {
+            match Self::create_at(&place, &base) {
+                Ok(Some(directory)) => return Ok(directory),
+                Ok(None) => {}
+                // Read-only, immutable, or something else that another name may not have.
+                Err(error) if is_of_the_place(&error.source) => refused = Some(error),
+                Err(error) => return Err(error),
             }
-            let lock_path = path.join(LOCK_FILE);
-            let options = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&lock_path);
-            let lock = options.map_err(at(&lock_path, "create"))?;
-            lock.lock().map_err(at(&lock_path, "lock"))?;
-            return Ok(Self { name, path, _lock: lock, closed: false });
+        }
+        Err(refused.unwrap_or_else(|| {
+            let source = io::Error::other("every name for the directory of all runs belongs to others");
+            DirectoryError { path: homes::preferred(), action: "use", source }
+        }))
+    }
+
+    /// A directory in that of all runs at `place`; `None` if something else is there.
+    fn create_at(place: &Path, base: &str) -> Result<Option<Self>, DirectoryError> {
+        for _ in 0..ATTEMPTS {
+            let Some(home) = Home::ensure(place.into()).map_err(at(place, "create"))? else { return Ok(None) };
+            match HeldDirectory::create_in(&home.path, STAGED) {
+                // Removed by another run that ended.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                staged => return Self::named(staged.map_err(at(place, "create a directory in"))?, base).map(Some),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Gives a directory the name of its run.
+    fn named(mut staged: HeldDirectory, base: &str) -> Result<Self, DirectoryError> {
+        let homes = Home::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
+        // No name with anything in shared memory is taken: what a sweep takes away then is never that of a new run.
+        let runs = segments::runs()?;
+        for number in 1u64.. {
+            let name = if number == 1 { base.to_owned() } else { format!("{base}-{number}") };
+            let is_taken = || homes.iter().any(|home| fs::symlink_metadata(home.path.join(&name)).is_ok());
+            if runs.contains(&name) || is_taken() {
+                continue;
+            }
+            if staged.rename(&name).map_err(at(staged.path(), "rename"))? {
+                let path = staged.path().to_path_buf();
+                return Ok(Self { name, held: Some(staged), path });
+            }
         }
         unreachable!("there are more numbers than directories")
     }
 
-    /// Removes what dead runs of this user have left, and returns their names.
+    /// Removes what dead runs of this user have left. A run whose lock is held is never touched.
     ///
-    /// A run whose lock is held is never touched.
-    ///
-    /// # Errors
-    /// [`DirectoryError`] if something of a dead run cannot be removed.
-    pub fn sweep() -> Result<Vec<String>, DirectoryError> {
-        let parent = Parent::lock()?;
-        let mut removed = Vec::new();
-        for entry in fs::read_dir(&parent.path).map_err(at(&parent.path, "read"))? {
-            let entry = entry.map_err(at(&parent.path, "read"))?;
-            let lock_path = entry.path().join(LOCK_FILE);
-            match File::open(&lock_path) {
-                Ok(lock) => match lock.try_lock() {
-                    Ok(()) => {}
-                    Err(TryLockError::WouldBlock) => continue,
-                    Err(TryLockError::Error(source)) => {
-                        return Err(DirectoryError { path: lock_path, action: "lock", source });
-                    }
-                },
-                // Its owner died between creating the directory and the lock; it cannot be at it, we hold the parent.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-                Err(source) => return Err(DirectoryError { path: lock_path, action: "open", source }),
-            }
-            let name = entry.file_name().to_string_lossy().into_owned();
-            remove(&entry.path(), &name)?;
-            removed.push(name);
+    /// Never waits and never fails: what cannot be removed is listed.
+    pub fn sweep() -> Swept {
+        let mut swept = Swept { foreign: Home::foreign(), ..Swept::default() };
+        let Some(turn) = Home::candidates().find_map(|place| Home::ensure(place).ok().flatten()) else { return swept };
+        // One at a time: what one has listed another must not have removed, and a new run made again.
+        if turn.directory.try_lock().is_err() {
+            swept.busy = Some(door::holder(&turn.directory));
+            return swept;
         }
-        for (run, file) in all_shared_files()? {
-            // A run has its directory before, and longer than, its memory.
-            if !parent.path.join(&run).exists() {
-                tolerate_absence(fs::remove_file(&file)).map_err(at(&file, "remove"))?;
-                removed.push(run);
-            }
+        let homes = Home::all().unwrap_or_default();
+        homes.iter().for_each(|home| sweep_home(home, &mut swept));
+        let is_alive = |run: &str| homes.iter().any(|home| fs::symlink_metadata(home.path.join(run)).is_ok());
+        match segments::remove_others(is_alive) {
+            Ok(runs) => swept.removed.extend(runs),
+            Err(error) => swept.kept.push(error),
         }
-        removed.sort();
-        removed.dedup();
-        Ok(removed)
+        homes.iter().for_each(Home::leave);
+        turn.leave();
+        swept.removed.sort();
+        swept.removed.dedup();
+        swept
     }
 
     /// The names of this user's runs that are going on, in ascending order.
     ///
     /// # Errors
-    /// [`DirectoryError`] if the directory of all runs cannot be read.
+    /// [`DirectoryError`] if shared memory cannot be read.
     pub fn list() -> Result<Vec<String>, DirectoryError> {
-        let parent = parent_path();
-        let entries = match fs::read_dir(&parent) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            result => result.map_err(at(&parent, "read"))?,
-        };
-        let is_alive = |path: &Path| {
-            let lock = File::open(path.join(LOCK_FILE));
-            lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
-        };
-        let alive = entries.filter_map(Result::ok).filter(|entry| is_alive(&entry.path()));
-        let mut names: Vec<String> = alive.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        let homes = Home::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
+        let mut names = Vec::new();
+        for home in &homes {
+            let entries = home.entries().map_err(at(&home.path, "read"))?;
+            names.extend(entries.into_iter().filter(|name| !name.starts_with('.') && is_alive(&home.path.join(name))));
+        }
         names.sort();
         Ok(names)
     }
 
     /// Where the directory of the run called `name` is, if there is such a run of this user.
     pub fn path_of(name: &str) -> PathBuf {
-        parent_path().join(name)
+        let homes = Home::all().unwrap_or_default();
+        let is_there = |home: &&Home| fs::symlink_metadata(home.path.join(name)).is_ok();
+        let home = homes.iter().find(is_there).or(homes.first());
+        home.map_or_else(homes::preferred, |home| home.path.clone()).join(name)
     }
 
     /// Name of the run.
@@ -142,10 +196,15 @@ impl RunDirectory {
     /// Removes the directory and the run's shared memory. Dropping does the same, silently.
     ///
     /// # Errors
-    /// [`DirectoryError`] if something resists.
+    /// [`DirectoryError`] if something resists; all else is removed, and the name is free.
     pub fn close(mut self) -> Result<(), DirectoryError> {
-        self.closed = true;
         self.remove()
+    }
+
+    /// Writes down which processes descend from the run, for those who find its directory when it is dead.
+    pub(crate) fn note_lineage(&self, lineage: Lineage) -> Result<(), DirectoryError> {
+        let path = self.path.join(LINEAGE_FILE);
+        fs::write(&path, lineage.to_text()).map_err(at(&path, "write"))
     }
 
     /// Writes `plan.json`, for this user only.
@@ -156,33 +215,88 @@ impl RunDirectory {
         file.and_then(|mut file| file.write_all(&text)).map_err(|source| PlanError::File { path, source })
     }
 
-    /// Takes from everybody else what iceoryx2 has opened to them: a counter of 16 bytes. And takes the memory that was only
-    /// promised so far: if others filled it meanwhile, whoever writes to it would be killed.
+    /// Takes from everybody else what iceoryx2 has opened to them, and takes the memory that was only promised so far.
     pub(crate) fn protect(&self) -> Result<(), DirectoryError> {
-        for path in shared_files(&self.name)? {
-            let private = fs::Permissions::from_mode(0o600);
-            tolerate_absence(fs::set_permissions(&path, private)).map_err(at(&path, "protect"))?;
-            tolerate_absence(reserve(&path)).map_err(at(&path, "reserve memory for"))?;
-        }
-        Ok(())
+        segments::protect(&self.name)
     }
 
-    fn remove(&self) -> Result<(), DirectoryError> {
-        // The parent is locked meanwhile, so that no sweep takes a half-removed directory for a dead run.
-        let parent = Parent::lock()?;
-        let result = remove(&self.path, &self.name);
-        drop(parent);
-        result
+    /// The shared memory of the run, with its sizes.
+    pub(crate) fn segments(&self) -> Vec<(PathBuf, u64)> {
+        segments::sizes(&self.name).unwrap_or_default()
+    }
+
+    fn remove(&mut self) -> Result<(), DirectoryError> {
+        let Some(held) = self.held.take() else { return Ok(()) };
+        // Those who just join the run from outside have made files by the time that they let go.
+        let door = Door::close(&self.path);
+        let removed = remove(held, &self.name);
+        drop(door);
+        removed
     }
 }
 
 impl Drop for RunDirectory {
     fn drop(&mut self) {
-        // Not twice: another run may have taken the name. Nobody could be told of an error; the next sweep tries again.
-        if !self.closed {
-            let _ = self.remove();
+        // Nothing could be done about an error; the next sweep tries again.
+        let _ = self.remove();
+    }
+}
+
+/// Removes what dead runs have left in one directory of runs.
+fn sweep_home(home: &Home, swept: &mut Swept) {
+    for name in home.entries().unwrap_or_default() {
+        let Found::Abandoned(held) = HeldDirectory::find(&home.path.join(&name)) else { continue };
+        let path = held.path().to_path_buf();
+        let removed = match name.starts_with('.') {
+            true => held.remove().map_err(at(&path, "remove")),
+            false => {
+                end_descendants(&path);
+                swept.removed.push(name.clone());
+                remove(held, &name)
+            }
+        };
+        swept.kept.extend(removed.err());
+    }
+}
+
+/// Ends what descends from a dead run, if its guardian was killed with it.
+fn end_descendants(directory: &Path) {
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    let file = OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(directory.join(LINEAGE_FILE));
+    let mut text = String::new();
+    let read = file.and_then(|file| file.take(MAX_LINEAGE).read_to_string(&mut text));
+    if let (Ok(_), Some(lineage)) = (read, Lineage::from_text(&text)) {
+        lineage.end();
+    }
+}
+
+/// Removes a run's shared memory, then its directory, and that of all runs if this was the last one.
+fn remove(mut held: HeldDirectory, run: &str) -> Result<(), DirectoryError> {
+    let path = held.path().to_path_buf();
+    let segments = segments::remove(run);
+    // As long as it has its name, its shared memory is nobody else's. If it cannot be renamed, it is removed as it is.
+    for number in 0..ATTEMPTS {
+        if !matches!(held.rename(&format!("{DEAD}{run}-{number}")), Ok(false)) {
+            break;
         }
     }
+    let removed = held.remove().map_err(at(&path, "remove"));
+    if let Some(home) = path.parent() {
+        // Only succeeds when no run is left, and then leaves nothing at all.
+        let _ = fs::remove_dir(home);
+    }
+    segments.and(removed)
+}
+
+/// Whether a process holds the directory of a run.
+pub(crate) fn is_alive(path: &Path) -> bool {
+    open_own(path).is_ok_and(|directory| matches!(directory.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
+/// Whether another directory may do where this error came up.
+fn is_of_the_place(error: &io::Error) -> bool {
+    let of_the_place = [Errno::PERM, Errno::ACCESS, Errno::ROFS, Errno::NOTDIR, Errno::LOOP, Errno::BUSY, Errno::STALE];
+    Errno::from_io_error(error).is_some_and(|error| of_the_place.contains(&error))
 }
 
 /// Whether there is room for `bytes` in shared memory.
@@ -203,101 +317,9 @@ pub(crate) fn require_room(bytes: usize) -> io::Result<()> {
     )))
 }
 
-fn reserve(path: &Path) -> io::Result<()> {
-    let file = OpenOptions::new().write(true).open(path)?;
-    match file.metadata()?.len() {
-        0 => Ok(()),
-        length => Ok(fallocate(&file, FallocateFlags::empty(), 0, length)?),
-    }
-}
-
 /// What the names of a run's shared memory begin with. No run name contains the `_` at the end, so none begins another.
 pub(crate) fn prefix(run: &str) -> String {
     format!("phalanx{}-{run}_", rustix::process::getuid().as_raw())
-}
-
-/// `/dev/shm/phalanx-<uid>`, locked, so that nobody creates, sweeps or removes runs in it meanwhile.
-pub(crate) struct Parent {
-    path: PathBuf,
-    _lock: File,
-}
-
-impl Parent {
-    /// Waits until nobody else holds it.
-    ///
-    /// # Errors
-    /// [`DirectoryError`] if it cannot be made, or is not this user's alone.
-    pub(crate) fn lock() -> Result<Self, DirectoryError> {
-        let user = rustix::process::getuid().as_raw();
-        let path = parent_path();
-        loop {
-            match DirBuilder::new().mode(0o700).create(&path) {
-                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(at(&path, "create")(error)),
-                _ => {}
-            }
-            let file = match File::open(&path) {
-                // Removed again by another run that ended.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-                result => result.map_err(at(&path, "open"))?,
-            };
-            file.lock().map_err(at(&path, "lock"))?;
-            let locked = file.metadata().map_err(at(&path, "look at"))?;
-            if path.is_symlink() || !locked.is_dir() || locked.uid() != user || locked.mode() & 0o077 != 0 {
-                let source = io::Error::other("it must be a directory of this user alone; somebody else made it");
-                return Err(DirectoryError { path, action: "use", source });
-            }
-            // While we waited for the lock, its holder may have removed the directory and somebody made a new one.
-            match fs::symlink_metadata(&path) {
-                Ok(now) if (now.dev(), now.ino()) == (locked.dev(), locked.ino()) => {
-                    return Ok(Self { path, _lock: file });
-                }
-                _ => continue,
-            }
-        }
-    }
-}
-
-impl Drop for Parent {
-    fn drop(&mut self) {
-        // Only succeeds when no run is left, and then leaves nothing at all.
-        let _ = fs::remove_dir(&self.path);
-    }
-}
-
-/// The directory of all runs of this user.
-fn parent_path() -> PathBuf {
-    let user = rustix::process::getuid().as_raw();
-    Path::new(SHARED_MEMORY).join(format!("phalanx-{user}"))
-}
-
-/// Removes a run's shared memory, then its directory.
-fn remove(path: &Path, run: &str) -> Result<(), DirectoryError> {
-    for file in shared_files(run)? {
-        tolerate_absence(fs::remove_file(&file)).map_err(at(&file, "remove"))?;
-    }
-    tolerate_absence(fs::remove_dir_all(path)).map_err(at(path, "remove"))
-}
-
-/// The shared memory of a run.
-fn shared_files(run: &str) -> Result<Vec<PathBuf>, DirectoryError> {
-    let files = all_shared_files()?.into_iter();
-    Ok(files.filter(|(owner, _)| owner == run).map(|(_, path)| path).collect())
-}
-
-/// The shared memory of all runs of this user, with the names of the runs.
-fn all_shared_files() -> Result<Vec<(String, PathBuf)>, DirectoryError> {
-    let shared_memory = Path::new(SHARED_MEMORY);
-    let prefix = prefix("");
-    let prefix = prefix.trim_end_matches('_');
-    let mut files = Vec::new();
-    for entry in fs::read_dir(shared_memory).map_err(at(shared_memory, "read"))? {
-        let entry = entry.map_err(at(shared_memory, "read"))?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if let Some((run, _)) = name.strip_prefix(prefix).and_then(|rest| rest.split_once('_')) {
-            files.push((run.into(), entry.path()));
-        }
-    }
-    Ok(files)
 }
 
 fn tolerate_absence(result: io::Result<()>) -> io::Result<()> {

@@ -11,13 +11,16 @@
 //! pages are what costs most. SAFETY: the section is code, as `.text` is, of a name that nothing else uses.
 
 mod board;
+mod bus;
 mod cell;
 mod conductor;
 pub mod console;
 mod cores;
 mod directory;
+mod lineage;
 mod onlooker;
 mod page;
+mod seal;
 mod tap;
 mod ticks;
 mod worker;
@@ -28,7 +31,7 @@ pub use conductor::{
     Span, WorkerUsage,
 };
 pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
-pub use directory::{DirectoryError, RunDirectory};
+pub use directory::{DirectoryError, HeldDirectory, RunDirectory, Swept};
 pub use onlooker::{LookError, Onlooker};
 pub use page::run_name;
 pub use tap::{Tap, TapHeader};

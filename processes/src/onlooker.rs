@@ -3,14 +3,14 @@
 //! An onlooker is a reader that nobody waits for. It has no arrival bit and opens no gate, and a blackboard does not know
 //! how far its readers are; so however slow or dead it is, the run does not notice.
 
-use std::fs::{File, TryLockError};
+use std::fs;
 use std::os::unix::fs::MetadataExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::{LogLevel, set_log_level};
 
 use crate::board::{ChannelReader, Hub, RING, ServiceError};
-use crate::directory::{LOCK_FILE, Parent};
+use crate::directory::{self, Door};
 use crate::{DirectoryError, RunDirectory};
 use lockstep::{ChannelId, Header, Network, Status};
 
@@ -78,9 +78,10 @@ impl Onlooker {
     /// [`LookError`].
     pub fn join(run: &str, network: Network) -> Result<Self, LookError> {
         // Nobody ends and removes a run while this process makes files in its directory.
-        let parent = Parent::lock()?;
-        let presence = Presence::of(run).ok_or_else(|| LookError::Over(run.into()))?;
-        let hub = Hub::join(&RunDirectory::path_of(run), run, &format!("onlooker-{}", std::process::id()))?;
+        let over = || LookError::Over(run.into());
+        let presence = Presence::of(run).ok_or_else(over)?;
+        let door = presence.enter().ok_or_else(over)?;
+        let hub = Hub::join(&presence.path, run, &format!("onlooker-{}", std::process::id()))?;
         // When the run ends first, its files are gone before this reader lets go of them, which iceoryx2 deplores.
         set_log_level(LogLevel::Fatal);
         let mut seat = Seat {
@@ -91,7 +92,7 @@ impl Onlooker {
         for node in 0..network.nodes.len() {
             seat.find(&network, node)?;
         }
-        drop(parent);
+        drop(door);
         let empty = |words| Sample { header: Header::default(), words: vec![0.0; words] };
         let samples: Vec<Sample> = network.channels.iter().map(|channel| empty(channel.layout.words())).collect();
         let fastest = network.nodes.iter().filter(|node| !node.outputs.is_empty()).min_by_key(|node| node.every);
@@ -157,14 +158,14 @@ impl Onlooker {
     /// The newest step that has begun.
     fn newest(&self) -> Option<u64> {
         let reader = self.seat.as_ref()?.readers.get(self.probe)?.as_ref()?;
-        let steps = (0..RING).map(|place| (place, reader.peek(place, &mut []).step));
+        let steps = (0..RING).map(|place| (place, reader.step_in(place)));
         steps.filter(|(place, step)| step % RING == *place).map(|(_, step)| step).max()
     }
 
     /// Goes over to the processes that have taken the place of others.
     fn follow(&mut self) {
-        let parent = Parent::lock();
-        let Some(seat) = self.seat.as_mut().filter(|_| parent.is_ok() && self.presence.lasts()) else { return };
+        let Some(_door) = self.presence.enter() else { return };
+        let Some(seat) = self.seat.as_mut() else { return };
         for node in 0..self.network.nodes.len() {
             if let Some(readers) = seat.open(&self.network, node, seat.incarnations[node] + 1) {
                 seat.incarnations[node] += 1;
@@ -186,7 +187,8 @@ impl Onlooker {
                     words.fill(0.0);
                     continue;
                 };
-                *header = reader.peek(step, words);
+                let Some(found) = reader.peek(step, words) else { return false };
+                *header = found;
                 if header.step != expected && header.status != Status::Stale as u32 {
                     return false;
                 }
@@ -229,9 +231,9 @@ impl Seat {
 
 impl Drop for Onlooker {
     fn drop(&mut self) {
-        let parent = Parent::lock();
+        let door = self.presence.enter();
         let seat = self.seat.take();
-        if parent.is_err() || self.is_over() {
+        if door.is_none() {
             // What belongs to a run that is over was removed with it, and its names may be those of another run by now. So
             // nothing may be cleaned up under them; this process keeps the memory until it ends.
             std::mem::forget(seat);
@@ -239,28 +241,33 @@ impl Drop for Onlooker {
     }
 }
 
-/// The lock that a run holds as long as it lives.
+/// The directory of a run, which the run holds as long as it lives.
 struct Presence {
     path: PathBuf,
-    file: (u64, u64),
+    identity: (u64, u64),
 }
 
 impl Presence {
     /// That of a run that is going on.
     fn of(run: &str) -> Option<Self> {
-        let path = RunDirectory::path_of(run).join(LOCK_FILE);
-        held(&path).map(|file| Self { path, file })
+        let path = RunDirectory::path_of(run);
+        let identity = identity(&path)?;
+        directory::is_alive(&path).then_some(Self { path, identity })
     }
 
     /// Whether it still is, and not another run of the same name.
     fn lasts(&self) -> bool {
-        held(&self.path) == Some(self.file)
+        directory::is_alive(&self.path) && identity(&self.path) == Some(self.identity)
+    }
+
+    /// Keeps the run from removing its files; `None` if it is over.
+    fn enter(&self) -> Option<Door> {
+        let door = Door::hold(&self.path)?;
+        self.lasts().then_some(door)
     }
 }
 
-/// Which file it is, if somebody holds its lock.
-fn held(path: &std::path::Path) -> Option<(u64, u64)> {
-    let lock = File::open(path).ok()?;
-    let metadata = lock.metadata().ok()?;
-    matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)).then_some((metadata.dev(), metadata.ino()))
+/// Which directory it is.
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    fs::symlink_metadata(path).ok().map(|found| (found.dev(), found.ino()))
 }

@@ -15,6 +15,7 @@
 //! the conductor sees what the dead one had taken on and does it in its place ([`Page::repair`]).
 
 mod claim;
+mod damage;
 mod events;
 mod memory;
 mod passing;
@@ -48,6 +49,8 @@ pub(crate) enum FaultKind {
     Refusal = 1,
     /// A participant could not compute its step.
     Fault = 2,
+    /// It finds the page overwritten that it is about to report its step on.
+    Overwritten = 3,
 }
 
 /// How a worker has arrived.
@@ -169,7 +172,10 @@ impl Page {
         let kind = match slot.kind.load(SeqCst) {
             0 => return None,
             1 => FaultKind::Refusal,
-            _ => FaultKind::Fault,
+            2 => FaultKind::Fault,
+            3 => FaultKind::Overwritten,
+            // No worker has left that.
+            _ => return None,
         };
         let length = (slot.length.load(SeqCst) as usize).min(MESSAGE_BYTES);
         let bytes: Vec<u8> = slot.message[..length].iter().map(|byte| byte.load(SeqCst)).collect();
@@ -226,7 +232,7 @@ impl Page {
     #[unsafe(link_section = "lockstep_step")]
     fn arrive_at(&self, worker: usize, phase: usize, position: usize, step: u64) -> bool {
         let place = self.phase(phase);
-        let members = place.members.load(SeqCst);
+        let members = self.members(phase);
         let (word, bit) = (position / 64, 1 << (position % 64));
         let in_word = (members - 64 * word as u32).min(64);
         if place.masks[word].fetch_or(bit, SeqCst) | bit != full(in_word) {
@@ -323,7 +329,7 @@ impl Page {
     #[unsafe(link_section = "lockstep_step")]
     fn have_all_arrived(&self, phase: usize) -> bool {
         let place = self.phase(phase);
-        let members = place.members.load(SeqCst);
+        let members = self.members(phase);
         let words = place.masks[..members.div_ceil(64) as usize].iter().enumerate();
         let mut of_word = words.map(|(word, mask)| (mask, (members - 64 * word as u32).min(64)));
         of_word.all(|(mask, members)| mask.load(SeqCst) == full(members))
@@ -333,7 +339,7 @@ impl Page {
     #[unsafe(link_section = "lockstep_step")]
     fn open_gate(&self, phase: usize, step: u64, claimant: u64) {
         let place = self.phase(phase);
-        let words = place.members.load(SeqCst).div_ceil(64) as usize;
+        let words = self.members(phase).div_ceil(64) as usize;
         place.masks[..words].iter().for_each(|mask| mask.store(0, SeqCst));
         self.clear_shares(phase);
         place.opened_at.store(ticks::now(), Relaxed);

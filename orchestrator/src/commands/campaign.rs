@@ -1,7 +1,5 @@
 //! `phalanx campaign`.
 
-use std::path::PathBuf;
-
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 
@@ -9,14 +7,15 @@ use crate::campaign::{as_json, as_markdown, as_text, run_all};
 use crate::catalog::Catalog;
 use crate::cli::{CampaignArgs, TableFormat};
 use crate::failure::Failure;
+use crate::run::leftovers::Scratch;
 
 pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Failure> {
-    let folder = Scratch::new()?;
+    let folder = Scratch::create()?;
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:32.cyan/dim} {pos} of {len} runs, {msg}") {
         bar.set_style(style);
     }
-    let campaign = run_all(catalog, &args.scenarios, &folder.0, |done, all, name| {
+    let campaign = run_all(catalog, &args.scenarios, folder.path(), |done, all, name| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
         bar.set_message(name.to_string());
@@ -44,22 +43,4 @@ pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Fai
 fn command(args: &CampaignArgs) -> String {
     let names: String = args.scenarios.iter().map(|name| format!(" {name}")).collect();
     format!("phalanx thesis{names} --format markdown")
-}
-
-/// A folder for the logs of the runs, removed at the end.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new() -> Result<Self, Failure> {
-        let path = std::env::temp_dir().join(format!("phalanx-thesis-{}", std::process::id()));
-        std::fs::create_dir_all(&path).map_err(Failure::system(format!("create the folder {}", path.display())))?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // What remains of it is in the folder for temporary files.
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }

@@ -9,6 +9,7 @@ use super::select::{assemble, from_head};
 use crate::catalog::Catalog;
 use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
 use crate::failure::Failure;
+use crate::run::leftovers::Scratch;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::swap::{node_called, program_problem};
@@ -84,29 +85,20 @@ fn range(text: &str, assembly: &Assembly, node: usize) -> Result<Range, Failure>
 /// The log with the inputs.
 struct Recorded {
     path: PathBuf,
-    /// Whether it was recorded for this trial only.
-    temporary: bool,
+    /// Where it is if it was recorded for this trial only.
+    _folder: Option<Scratch>,
 }
 
 impl Recorded {
     fn of(args: &ConformArgs, assembly: &Assembly) -> Result<Self, Failure> {
         if let Some(log) = &args.log {
-            return Ok(Self { path: log.clone(), temporary: false });
+            return Ok(Self { path: log.clone(), _folder: None });
         }
-        let path = std::env::temp_dir().join(format!("phalanx-conform-{}.mcap", std::process::id()));
-        let recorded = Self { path: path.clone(), temporary: true };
-        let outcome = run(assembly, &Options::new(Placement::Single, Some(path)), |_| {})?;
+        let folder = Scratch::create()?;
+        let path = folder.path().join("inputs.mcap");
+        let outcome = run(assembly, &Options::new(Placement::Single, Some(path.clone())), |_| {})?;
         outcome.ending.into_result()?;
-        Ok(recorded)
-    }
-}
-
-impl Drop for Recorded {
-    fn drop(&mut self) {
-        if self.temporary {
-            // What cannot be removed from a temporary folder is removed by the system.
-            let _ = std::fs::remove_file(&self.path);
-        }
+        Ok(Self { path, _folder: Some(folder) })
     }
 }
 

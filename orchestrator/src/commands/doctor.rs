@@ -5,26 +5,51 @@ use serde_json::json;
 
 use crate::cli::DoctorArgs;
 use crate::failure::Failure;
-use crate::run::leftovers;
+use crate::run::leftovers::{self, Removed};
 
 pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
-    let removed = leftovers::sweep()?;
+    let removed = leftovers::sweep();
     let running = RunDirectory::list()?;
-    let folders: Vec<String> = removed.folders.iter().map(|folder| folder.display().to_string()).collect();
     if args.json {
-        println!("{}", json!({"removed": removed.runs, "folders": folders, "running": running}));
-        return Ok(());
+        print_json(&removed, &running)
+    } else {
+        print_text(&removed, &running)
     }
+    Ok(())
+}
+
+fn print_json(Removed { runs, folders }: &Removed, running: &[String]) {
+    let kept: Vec<String> = runs.kept.iter().map(ToString::to_string).collect();
+    println!(
+        "{}",
+        json!({
+            "removed": runs.removed, "folders": folders, "running": running, "kept": kept, "foreign": runs.foreign,
+            "busy": runs.busy,
+        })
+    );
+}
+
+fn print_text(Removed { runs, folders }: &Removed, running: &[String]) {
     if !running.is_empty() {
         println!("Running, and left alone: {}", running.join(", "));
     }
+    for path in &runs.foreign {
+        println!("Not of this user alone, and left alone: {} (runs use another name)", path.display());
+    }
+    for error in &runs.kept {
+        println!("Left by a dead run, and cannot be removed: {error}");
+    }
+    if let Some(process) = &runs.busy {
+        println!("Nothing of dead runs was removed, because {process} is doing just that.");
+    }
     if !folders.is_empty() {
-        println!("Removed temporary folders whose processes are dead: {}", folders.join(", "));
+        let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
+        println!("Removed temporary folders whose processes are dead: {}", list.join(", "));
     }
-    match removed.runs.len() {
-        0 => println!("Nothing to do: no dead run has left anything behind."),
-        1 => println!("Removed what a dead run had left: {}", removed.runs[0]),
-        count => println!("Removed what {count} dead runs had left: {}", removed.runs.join(", ")),
+    match runs.removed.as_slice() {
+        [] if runs.busy.is_some() => {}
+        [] => println!("Nothing to do: no dead run has left anything behind."),
+        [run] => println!("Removed what a dead run had left: {run}"),
+        several => println!("Removed what {} dead runs had left: {}", several.len(), several.join(", ")),
     }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! `phalanx verify`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use formation::wiring::Assembly;
@@ -12,6 +12,7 @@ use crate::cli::{ScenarioArgs, VerifyArgs};
 use crate::failure::Failure;
 use crate::log::{Comparison, Log, compare};
 use crate::run::engine::cores;
+use crate::run::leftovers::Scratch;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::players::{Player, difference};
@@ -107,8 +108,8 @@ fn verify_scenario(catalog: &Catalog, scenario: &str, args: &VerifyArgs) -> Resu
             robot.node
         )));
     }
-    let folder = Folder::create()?;
-    let reference = folder.path.join("reference.mcap");
+    let folder = Scratch::create()?;
+    let reference = folder.path().join("reference.mcap");
     let basis = basis(&swaps);
     let expected = record(&assembly, &options(&swaps, basis, Some(reference.clone())))?;
     if !args.json {
@@ -156,7 +157,7 @@ fn options(swaps: &[Swap], placement: Placement, log: Option<PathBuf>) -> Option
 }
 
 /// Every placement with every pinning, as often as asked for.
-fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder, swaps: &[Swap]) -> Result<Vec<Way>, Failure> {
+fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Scratch, swaps: &[Swap]) -> Result<Vec<Way>, Failure> {
     let mut ways = Vec::new();
     let possible = |placement: &Placement| *placement != Placement::Single || basis(swaps) == Placement::Single;
     for placement in placements(assembly, &args.placements)?.into_iter().filter(possible) {
@@ -167,7 +168,7 @@ fn ways(assembly: &Assembly, args: &VerifyArgs, folder: &Folder, swaps: &[Swap])
                 let pinned = if pin == Pin::Auto { "one core" } else { "any core" };
                 let stressed = stress.map_or(String::new(), |stress| format!(", stress {}", stress.seed));
                 let name = format!("{}, {pinned}{stressed}, round {}", placement.name(), round + 1);
-                let log = folder.path.join(format!("{}.mcap", ways.len()));
+                let log = folder.path().join(format!("{}.mcap", ways.len()));
                 ways.push(Way { name, options: Options { pin, stress, ..options(swaps, placement, Some(log)) } });
             }
         }
@@ -199,24 +200,4 @@ fn record(assembly: &Assembly, options: &Options) -> Result<String, Failure> {
     let outcome = work().map_err(|_| Failure::Internal("a run panicked".into()))??;
     outcome.ending.into_result()?;
     outcome.log.map(|log| log.sha256).ok_or_else(|| Failure::Internal("a run was not recorded".into()))
-}
-
-/// A temporary folder for the logs, removed at the end.
-struct Folder {
-    path: PathBuf,
-}
-
-impl Folder {
-    fn create() -> Result<Self, Failure> {
-        let path = std::env::temp_dir().join(format!("phalanx-verify-{}", std::process::id()));
-        std::fs::create_dir_all(&path).map_err(Failure::system(format!("create the folder {}", path.display())))?;
-        Ok(Self { path })
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What cannot be removed from a temporary folder is removed by the system.
-        let _ = std::fs::remove_dir_all(&self.path);
-    }
 }

@@ -140,7 +140,6 @@ impl Engine {
         let mut plan = Plan::new(&assembly.scenario.name, network, timing.period(), timing.periods() + 1, workers)
             .map_err(RunError::from)?;
         plan.traced = options.traced_runs();
-        RunDirectory::sweep()?;
         let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
         reached(&directory, count + 1);
         let path = directory.path().join(SCENARIO_FILE);
@@ -359,13 +358,27 @@ impl Engine {
         match self {
             Engine::Local { directory, .. } => {
                 let result = directory.map_or(Ok(()), |directory| Ok(directory.close()?));
-                Ended { gauge, plan: None, result }
+                Ended { gauge, plan: None, result: warn_of_leftovers(result) }
             }
             Engine::Processes { conductor, .. } => {
                 let plan = conductor.plan().clone();
-                Ended { gauge, plan: Some(plan), result: conductor.finish() }
+                Ended { gauge, plan: Some(plan), result: warn_of_leftovers(conductor.finish()) }
             }
         }
+    }
+}
+
+/// A file of the run that cannot be removed at its end takes nothing from its result.
+///
+/// # Errors
+/// All others.
+pub(crate) fn warn_of_leftovers(finished: Result<(), RunError>) -> Result<(), RunError> {
+    match finished {
+        Err(RunError::Directory(error)) => {
+            tracing::warn!("the run is over, but something of it is left: {error}; `phalanx doctor` tries again");
+            Ok(())
+        }
+        other => other,
     }
 }
 

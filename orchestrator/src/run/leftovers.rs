@@ -1,56 +1,66 @@
-//! What runs leave that were killed: their directories, their shared memory, their temporary folders.
+//! What commands leave that were killed: the directories and the shared memory of runs, and temporary folders.
 //!
-//! Every command of a user removes them before it does anything else, so that nothing outlives the next start of the program.
+//! Every command that starts something removes them first, so that nothing outlives the next start of a run. Commands that
+//! only read remove nothing.
 
-use std::fs;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use processes::{DirectoryError, RunDirectory};
+use processes::{HeldDirectory, RunDirectory, Swept};
 
-/// What the names of temporary folders begin with; the number of the process follows, and a `-`.
-pub(crate) const TEMPORARY: &str = "phalanx-conform-";
+use crate::failure::Failure;
 
 /// What was removed.
 #[derive(Debug, Default)]
 pub(crate) struct Removed {
-    /// Names of dead runs.
-    pub(crate) runs: Vec<String>,
+    /// What was done about dead runs.
+    pub(crate) runs: Swept,
     /// Temporary folders.
     pub(crate) folders: Vec<PathBuf>,
 }
 
-/// Removes what dead runs of this user have left, and nothing that a living one uses.
-///
-/// # Errors
-/// [`DirectoryError`] if something of a dead run cannot be removed.
-pub(crate) fn sweep() -> Result<Removed, DirectoryError> {
-    let folders = abandoned(&std::env::temp_dir());
-    // Another process may be at the same.
-    folders.iter().for_each(|folder| drop(fs::remove_dir_all(folder)));
-    Ok(Removed { runs: RunDirectory::sweep()?, folders })
+/// Removes what dead commands of this user have left, and nothing that a living one uses.
+pub(crate) fn sweep() -> Removed {
+    let folders = HeldDirectory::sweep_in(&std::env::temp_dir(), &prefix());
+    Removed { runs: RunDirectory::sweep(), folders }
 }
 
-/// The same for a command that has something else to do, and must not fail for this.
+/// The same for a command that has something else to do.
 pub(crate) fn sweep_silently() {
-    match sweep() {
-        Ok(removed) if !removed.runs.is_empty() => {
-            tracing::info!(runs = removed.runs.join(", "), "removed what dead runs had left");
-        }
-        Ok(_) => {}
-        Err(error) => tracing::debug!(%error, "what dead runs have left cannot be removed"),
+    let Removed { runs, .. } = sweep();
+    if !runs.removed.is_empty() {
+        tracing::info!(runs = runs.removed.join(", "), "removed what dead runs had left");
+    }
+    for error in &runs.kept {
+        tracing::debug!(%error, "something of a dead run cannot be removed");
+    }
+    if let Some(process) = &runs.busy {
+        tracing::debug!(process, "another process removes what dead runs have left");
     }
 }
 
-/// The temporary folders of this user whose processes are no more.
-fn abandoned(temporary: &Path) -> Vec<PathBuf> {
-    let user = rustix::process::getuid().as_raw();
-    let Ok(entries) = fs::read_dir(temporary) else { return Vec::new() };
-    let is_abandoned = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let pid = name.strip_prefix(TEMPORARY).and_then(|rest| rest.split('-').next()?.parse::<u32>().ok());
-        let is_own = || fs::symlink_metadata(path).is_ok_and(|found| found.is_dir() && found.uid() == user);
-        pid.is_some_and(|pid| !Path::new(&format!("/proc/{pid}")).exists()) && is_own()
-    };
-    entries.flatten().map(|entry| entry.path()).filter(is_abandoned).collect()
+/// A temporary folder of this process, removed at its end, and by the next sweep if the process is killed.
+#[derive(Debug)]
+pub(crate) struct Scratch(HeldDirectory);
+
+impl Scratch {
+    /// Creates one.
+    ///
+    /// # Errors
+    /// [`Failure::System`] if the folder for temporary files cannot be written.
+    pub(crate) fn create() -> Result<Self, Failure> {
+        let parent = std::env::temp_dir();
+        let created = HeldDirectory::create_in(&parent, &prefix());
+        let what = format!("create a folder in {} (TMPDIR names another place)", parent.display());
+        Ok(Self(created.map_err(Failure::system(what))?))
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+/// What the names of temporary folders of this user begin with.
+fn prefix() -> String {
+    format!("phalanx-scratch-{}-", rustix::process::getuid().as_raw())
 }

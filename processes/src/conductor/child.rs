@@ -14,6 +14,7 @@ use rustix::thread::CpuSet;
 
 use super::error::Death;
 use crate::cores;
+use crate::lineage::Mark;
 use crate::worker::{COMEBACK, Orders, PAGE_FD, RUN_DIRECTORY, WORKER};
 
 /// Environment variable of the C library.
@@ -36,6 +37,7 @@ pub(super) struct Outfit<'a> {
     pub(super) cpu: Option<usize>,
     /// For a process that takes the place of another one; its feed must be open.
     pub(super) orders: Option<Orders>,
+    pub(super) mark: Mark,
 }
 
 impl Child {
@@ -58,10 +60,10 @@ impl Child {
             command.env(COMEBACK, serde_json::to_string(orders)?);
         }
         let feed = outfit.orders.map(|orders| orders.feed);
-        let parent = rustix::process::getpid();
+        let (parent, mark) = (rustix::process::getpid(), outfit.mark);
         let cpus = outfit.cpu.map(cores::only).transpose()?;
         // SAFETY: between fork and exec only system calls are made: no allocation, no lock.
-        unsafe { command.pre_exec(move || prepare(parent, page, feed, cpus.as_ref())) };
+        unsafe { command.pre_exec(move || prepare(parent, mark, page, feed, cpus.as_ref())) };
         let mut process = command.spawn()?;
         // The command holds ends of the pipe, which would keep it open.
         drop(command);
@@ -139,7 +141,8 @@ fn tunables() -> OsString {
 }
 
 /// Runs in the child before its program starts.
-fn prepare(parent: Pid, page: i32, feed: Option<i32>, cpus: Option<&CpuSet>) -> io::Result<()> {
+fn prepare(parent: Pid, mark: Mark, page: i32, feed: Option<i32>, cpus: Option<&CpuSet>) -> io::Result<()> {
+    mark.put_on();
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
     if rustix::process::getppid() != Some(parent) {
         // It died before the line above.

@@ -8,8 +8,10 @@ use std::time::{Duration, Instant};
 use super::alarm::Alarm;
 use super::child::{Child, Outfit};
 use super::error::{Activity, Death, Late, RunError, system};
+use super::guardian::Guardian;
 use super::poll::Poll;
 use super::pump::Pump;
+use crate::lineage::{Lineage, Mark};
 use crate::ticks;
 use crate::worker::Orders;
 use lockstep::Plan;
@@ -30,23 +32,34 @@ pub(super) struct Crew {
     children: Vec<Option<Child>>,
     /// How many processes each worker has had.
     spawned: Vec<u32>,
+    /// What marks the process of each worker, and all that descends from it.
+    marks: Vec<Option<Mark>>,
+    lineage: Lineage,
     grace: Duration,
     /// Watches the processes.
     watch: Poll,
     /// Reads what they print.
     pump: Pump,
+    /// Ends what the processes have started, after them.
+    _guardian: Guardian,
 }
 
 impl Crew {
-    pub(super) fn new(plan: &Plan, alarm: Arc<Alarm>, grace: Duration, forward: bool) -> Result<Self, RunError> {
+    pub(super) fn new(
+        plan: &Plan,
+        alarm: Arc<Alarm>,
+        grace: Duration,
+        forward: bool,
+        (lineage, guardian): (Lineage, Guardian),
+    ) -> Result<Self, RunError> {
         let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
         let children = plan.workers.iter().map(|_| None).collect();
-        let spawned = vec![0; plan.workers.len()];
+        let (spawned, marks) = (vec![0; plan.workers.len()], vec![None; plan.workers.len()]);
         let bell = Arc::clone(&alarm);
         let watch = Poll::start("phalanx-watch", move |worker| bell.report_death(worker));
         let watch = watch.map_err(system("start the thread that watches the processes"))?;
         let pump = Pump::start(forward).map_err(system("start the thread that reads their output"))?;
-        Ok(Self { alarm, names, children, spawned, grace, watch, pump })
+        Ok(Self { alarm, names, children, spawned, marks, lineage, grace, watch, pump, _guardian: guardian })
     }
 
     /// Keeps what the processes print in files in `folder`.
@@ -66,15 +79,19 @@ impl Crew {
         // Counted whatever comes of it: what was made for it has its number. Who was there before is dead.
         self.spawned[worker] += 1;
         self.children[worker] = None;
+        // So is all that it has started: two that serve as one worker would spoil the run.
+        self.marks[worker].take().into_iter().for_each(Mark::end);
+        let mark = self.lineage.mark(self.spawned.iter().sum());
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
         let failed = || system(format!("spawn {name} ({program})"));
-        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu, orders };
+        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu, orders, mark };
         let (child, output) = Child::spawn(command, &outfit).map_err(failed())?;
         self.pump.add(worker, name, output).map_err(failed())?;
         self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
         let pid = child.pid();
         self.children[worker] = Some(child);
+        self.marks[worker] = Some(mark);
         Ok(pid)
     }
 
@@ -144,7 +161,11 @@ impl Crew {
             return if page.is_taken(worker) { Activity::Connecting } else { Activity::Starting };
         };
         let (opened, started) = page.opened_and_started(phase, worker);
-        let since = |ticks| rate.duration(ticks::now().saturating_sub(ticks));
+        let now = ticks::now();
+        if opened.max(started) > now || opened.min(started) == 0 && opened.max(started) == 0 {
+            return Activity::Unknown;
+        }
+        let since = |ticks| rate.duration(now.saturating_sub(ticks));
         if started >= opened { Activity::Computing(since(started)) } else { Activity::Waking(since(opened)) }
     }
 }

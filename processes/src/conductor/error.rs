@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::board::ServiceError;
@@ -28,6 +29,8 @@ pub enum Activity {
     Computing(Duration),
     /// Its gate was opened so long ago, and it has not passed it.
     Waking(Duration),
+    /// What the page says about it cannot be.
+    Unknown,
 }
 
 /// A worker that keeps the others waiting.
@@ -119,6 +122,37 @@ pub enum RunError {
         /// Which sample.
         message: String,
     },
+    /// Something stands on the page that all processes share which none can have written in order.
+    #[error(
+        "at step {step}, the memory that all processes of the run share was overwritten ({what}): a process has written where it \
+         must not, as a stray pointer does{}",
+        blame(suspects)
+    )]
+    Overwritten {
+        /// The step in progress.
+        step: u64,
+        /// What is damaged.
+        what: &'static str,
+        /// The workers, with their processes, that computed when it happened, as far as they found it.
+        suspects: Vec<String>,
+    },
+    /// Shared memory of the run is shorter than it was.
+    #[error(
+        "at step {step}, the shared memory {} has {now} bytes instead of {before}: a process has cut it short; first noticed as: \
+         {noticed}", path.display()
+    )]
+    Cut {
+        /// The step in progress.
+        step: u64,
+        /// Its file.
+        path: PathBuf,
+        /// Its size at first.
+        before: u64,
+        /// Its size now; 0 if it was removed.
+        now: u64,
+        /// What came of it first.
+        noticed: Box<RunError>,
+    },
     /// Nobody can take the place of a worker.
     #[error("{worker} cannot be replaced at step {step}: {reason}")]
     NotReplaced {
@@ -199,6 +233,7 @@ impl Display for Activity {
             Activity::Starting => write!(f, "which has not joined the run: is it a participant?"),
             Activity::Connecting => write!(f, "which has joined the run and is still preparing itself"),
             Activity::Computing(time) => write!(f, "computing for {:.2} s", time.as_secs_f64()),
+            Activity::Unknown => write!(f, "which does what the damaged memory of the run does not say"),
             Activity::Waking(time) => {
                 write!(f, "whose turn came {:.2} s ago and which has not begun", time.as_secs_f64())
             }
@@ -208,6 +243,14 @@ impl Display for Activity {
 
 fn list(late: &[Late]) -> String {
     late.iter().map(Late::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn blame(suspects: &[String]) -> String {
+    match suspects {
+        [] => String::new(),
+        [one] => format!("; {one} computed when it happened"),
+        several => format!("; it was one of those that computed when it happened: {}", several.join(", ")),
+    }
 }
 
 fn moment(step: Option<u64>, phase: Option<usize>) -> String {

@@ -72,6 +72,7 @@ impl Conductor {
 
     fn search(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
         let alarm = &self.crew.alarm;
+        self.look_at_page(step)?;
         for worker in alarm.dead() {
             let Some(death) = self.crew.death(worker) else { continue };
             // A worker that reports something ends then, but what it says is worth more than that it ended.
@@ -120,10 +121,16 @@ impl Conductor {
         loop {
             let reports: Vec<(usize, Report)> =
                 (0..self.plan.workers.len()).filter_map(|worker| Some((worker, alarm.page.report(worker)?))).collect();
+            if reports.is_empty() && alarm.page.report_count() > 0 {
+                return self.overwritten(self.next, "how many participants have failed");
+            }
             let Some((worker, first)) = reports.iter().min_by_key(|(_, report)| report.node) else {
                 // The report was counted, so its slot is filled; nothing else can be said.
                 return RunError::Over { steps: self.next };
             };
+            if first.kind == FaultKind::Overwritten {
+                return self.overwritten(first.step, "found by a participant");
+            }
             if first.kind == FaultKind::Refusal {
                 let worker = self.plan.workers[*worker].name.clone();
                 return RunError::Refused { worker, message: first.message.clone() };

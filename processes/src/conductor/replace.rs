@@ -53,6 +53,7 @@ impl Conductor {
     ) -> Result<Option<u64>, RunError> {
         let is_broken = self.failed;
         self.failed = true;
+        self.look_at_page(self.next)?;
         let incarnation = self.crew.spawned(worker);
         if incarnation > self.settings.replacements {
             return Err(self.not_replaced(worker, format!("it was replaced {} times already", incarnation - 1)));
@@ -103,18 +104,21 @@ impl Conductor {
             if network.nodes[node].outputs.is_empty() {
                 continue;
             }
-            let fresh = self.hub.create(network, node, incarnation, self.reader_counts[node])?.readers(|_| true)?;
-            let is_replaced = |reader: &mut ChannelReader| fresh.iter().any(|fresh| fresh.channel == reader.channel);
-            let former = self.readers.extract_if(.., is_replaced);
-            // A process that is not connected yet may be about to open the service that it found on the page.
-            if self.ready {
-                former.for_each(drop)
-            } else {
-                self.former.extend(former)
-            }
-            self.readers.extend(fresh);
+            let places = self.reader_counts[node];
+            self.ports.extend(|hub, readers| {
+                for fresh in hub.create(network, node, incarnation, places)?.readers(|_| true)? {
+                    match readers.iter_mut().find(|reader| reader.channel == fresh.channel) {
+                        // Never taken leave of, see `Ports`.
+                        Some(former) => std::mem::forget(std::mem::replace(former, fresh)),
+                        None => readers.push(fresh),
+                    }
+                }
+                Ok::<(), RunError>(())
+            })?;
         }
-        Ok(self.directory.protect()?)
+        self.directory.protect()?;
+        self.segments = self.directory.segments();
+        Ok(())
     }
 
     /// Sends the samples of the steps that are done.

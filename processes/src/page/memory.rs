@@ -16,7 +16,7 @@ use super::wake::Waker;
 use lockstep::{MAX_MEMBERS, Plan};
 
 /// First word of a page: its kind and version.
-const MAGIC: u64 = u64::from_le_bytes(*b"phalanx4");
+pub(super) const MAGIC: u64 = u64::from_le_bytes(*b"phalanx5");
 /// Bytes of a message in a slot.
 pub(super) const MESSAGE_BYTES: usize = 1000;
 
@@ -67,8 +67,6 @@ pub(super) struct Pace {
 pub(super) struct Phase {
     /// Number of steps released, modulo 2^31, and [`STOP`].
     pub(super) gate: AtomicU32,
-    /// How many workers take part.
-    pub(super) members: AtomicU32,
     /// Who opens the gate for a step.
     pub(super) claim: Claim,
     /// When the gate was opened last, in ticks; written before it opens.
@@ -123,6 +121,10 @@ impl Drop for Mapping {
 /// The mapped page.
 pub(crate) struct Page {
     mapping: Mapping,
+    /// How many workers take part in each phase. Not read from the page, where a stray pointer may change it.
+    members: Box<[u32]>,
+    /// The [`Plan::fingerprint`] of the run.
+    pub(super) fingerprint: u64,
     pub(super) phases: usize,
     pub(super) workers: usize,
     /// Runs of every worker that are kept for a trace.
@@ -161,11 +163,10 @@ impl Page {
         rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let page = Self::map(file, plan)?;
         for phase in 0..page.phases {
-            let members = plan.members(phase).len() as u32;
-            page.phase(phase).members.store(members, SeqCst);
+            let members = page.members(phase);
             page.phase(phase).shares[0].members.store(members, SeqCst);
         }
-        page.head().plan.store(plan.fingerprint(), SeqCst);
+        page.head().plan.store(page.fingerprint, SeqCst);
         page.head().magic.store(MAGIC, SeqCst);
         Ok(page)
     }
@@ -186,7 +187,7 @@ impl Page {
                 "it belongs to another version of Phalanx; build all programs of the run from the same one",
             );
         }
-        if page.head().plan.load(SeqCst) != plan.fingerprint() {
+        if page.head().plan.load(SeqCst) != page.fingerprint {
             return stranger("it belongs to another plan");
         }
         Ok(page)
@@ -207,7 +208,9 @@ impl Page {
             )?
         };
         let base = NonNull::new(address.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
-        Ok(Self { mapping: Mapping { base, bytes }, phases, workers, traced, waker: plan.wake.into(), file })
+        let members = (0..phases).map(|phase| plan.members(phase).len() as u32).collect();
+        let (mapping, fingerprint, waker) = (Mapping { base, bytes }, plan.fingerprint(), plan.wake.into());
+        Ok(Self { mapping, members, fingerprint, phases, workers, traced, waker, file })
     }
 
     /// The file, to hand it to a child.
@@ -218,6 +221,11 @@ impl Page {
     pub(super) fn head(&self) -> &Head {
         // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
         unsafe { self.mapping.base.as_ref() }
+    }
+
+    /// How many workers take part in a phase.
+    pub(super) fn members(&self, phase: usize) -> u32 {
+        self.members[phase]
     }
 
     pub(super) fn phase(&self, phase: usize) -> &Phase {

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::Page;
-use super::claim::{CONDUCTOR, Claim};
+use super::claim::{self, CONDUCTOR, Claim};
 use super::wake::{EVERYBODY, Spot};
 
 impl Page {
@@ -18,7 +18,8 @@ impl Page {
         let step = pace.completed.load(SeqCst);
         let was_claimed_by_the_dead = |claim: &Claim| {
             let claimed = claim.read();
-            claimed.steps == step + 1 && claimed.claimant != CONDUCTOR && is_dead(claimed.claimant as usize - 1)
+            claimed.steps == step + 1
+                && claim::worker(claimed.claimant).is_some_and(|worker| worker < self.workers && is_dead(worker))
         };
         for phase in 0..self.phases {
             if !self.is_open(phase, step) {

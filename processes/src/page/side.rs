@@ -93,8 +93,13 @@ impl Page {
 impl Page {
     /// Sleeps until the gate of a phase shows something else than `value`, or somebody wakes the worker's side.
     pub(super) fn sleep_at(&self, worker: usize, phase: usize, value: u32) {
-        let side = NonZeroU32::new(1 << self.slot(worker).side.load(SeqCst)).unwrap_or(NonZeroU32::MAX);
+        let side = NonZeroU32::new(1 << self.side_of(worker)).unwrap_or(NonZeroU32::MAX);
         self.sleep_while(Spot::Gate(phase), value, side, None);
+    }
+
+    /// The side of a worker; one that there may be, whatever stands on the page.
+    fn side_of(&self, worker: usize) -> usize {
+        self.slot(worker).side.load(SeqCst) as usize % SIDES
     }
 
     /// Forgets who has arrived in a phase before it is opened.
@@ -109,7 +114,7 @@ impl Page {
         if self.head().changes.watching.load(Relaxed) == 0 {
             return false;
         }
-        let side = self.slot(worker).side.load(Relaxed) as usize;
+        let side = self.side_of(worker);
         let share = &self.phase(phase).shares[side];
         share.arrived.fetch_add(1, Relaxed) + 1 == share.members.load(Relaxed)
     }
@@ -121,7 +126,7 @@ impl Page {
         if self.head().changes.watching.load(SeqCst) == 0 {
             return self.wake(Spot::Gate(phase), EVERYBODY);
         }
-        let own = opener.map(|worker| self.slot(worker).side.load(SeqCst) as usize);
+        let own = opener.map(|worker| self.side_of(worker));
         let opened = Target { phase, step }.word();
         let mut bits = 0;
         for (number, (side, share)) in self.head().sides.iter().zip(&place.shares).enumerate() {
@@ -137,7 +142,7 @@ impl Page {
     #[cold]
     pub(super) fn keep_watch(&self, worker: usize, phase: usize, step: u64) {
         let limit = self.head().changes.watching.load(Relaxed);
-        let number = self.slot(worker).side.load(SeqCst) as usize;
+        let number = self.side_of(worker);
         let Some(target) = self.next_gate(number, phase, step) else { return };
         let (side, gate) = (&self.head().sides[number], &self.phase(target.phase).gate);
         if limit == 0 || side.watched.compare_exchange(0, target.word(), SeqCst, SeqCst).is_err() {

@@ -5,7 +5,7 @@ use super::comeback::CatchUp;
 use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
-use crate::page::{Arrival, Report, Watch};
+use crate::page::{Arrival, FaultKind, Report, Watch};
 use lockstep::{ChannelId, Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
@@ -213,6 +213,13 @@ impl Link {
         seat::follow(&self.hub, page, plan, &mut self.seats).map_err(|error| self.worker.refuse(error))
     }
 
+    /// The page is not as this process must find it: it, or one that computed meanwhile, has written where it must not.
+    #[cold]
+    fn overwritten(&mut self) -> Fault {
+        let message = "the memory that all processes of the run share was overwritten while this one computed".into();
+        self.end(Report { kind: FaultKind::Overwritten, node: 0, step: self.step.index, message })
+    }
+
     fn end(&mut self, report: Report) -> Fault {
         self.progress = Progress::Over;
         self.worker.leave(report)
@@ -245,6 +252,9 @@ impl Link {
             }
         } else {
             let (seat, page) = (&self.seats[self.seat], &self.worker.page);
+            if !page.awaits(seat.phase, seat.position, self.step.index) {
+                return Err(self.overwritten());
+            }
             let end = self.watch.end(page, seat.phase, self.step.index, start);
             let arrival = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
             self.watch.arrived(page, seat.phase, end, arrival == Arrival::Last);

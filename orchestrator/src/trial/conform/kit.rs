@@ -7,12 +7,13 @@ use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{Field, Layout, Network, Plan};
 use processes::{Activity, RunError, Settings};
 
-use super::folder::Folder;
 use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, unwritten, zeros};
 use super::point::{Report, Verdict};
 use super::probe::probe;
 use super::trial::{Trial, attempt};
 use crate::failure::Failure;
+use crate::run::engine::warn_of_leftovers;
+use crate::run::leftovers::Scratch;
 use crate::trial::replay::{Duet, Setup};
 
 /// What recorded inputs are multiplied by to be out of all bounds: squares of them are infinite, and differences of those are
@@ -59,8 +60,8 @@ pub struct Demands<'a> {
 /// # Errors
 /// [`Failure`] if it cannot be tried: the log cannot be read, a process of our own cannot be started.
 pub fn conform(demands: &Demands) -> Result<Report, Failure> {
-    let folder = Folder::create()?;
-    let (words, patience, folder) = (demands.words, demands.patience, folder.path.as_path());
+    let folder = Scratch::create()?;
+    let (words, patience, folder) = (demands.words, demands.patience, folder.path());
     let (assembly, node) = (demands.assembly, demands.node);
     let settings =
         Settings { deadline: patience, grace: patience, forward_output: false, replacements: 0, ..Settings::default() };
@@ -219,7 +220,7 @@ fn wrong_plan(setup: &Setup, folder: &Path) -> Result<(), Failure> {
     let text = serde_json::to_vec(&plan).map_err(|error| failed()(error.into()))?;
     std::fs::write(folder.join("plan.json"), text).map_err(failed())?;
     std::fs::copy(directory.join(SCENARIO_FILE), folder.join(SCENARIO_FILE)).map_err(failed())?;
-    Ok(duet.conductor.finish()?)
+    Ok(warn_of_leftovers(duet.conductor.finish())?)
 }
 
 /// The same network, but for the names of what the node publishes.

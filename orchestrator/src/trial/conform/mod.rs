@@ -1,6 +1,5 @@
 //! The contract of a participant, tried on a program point by point: against recorded inputs, without a run of its own.
 
-mod folder;
 mod inspect;
 mod kit;
 mod point;

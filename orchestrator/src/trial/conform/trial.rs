@@ -12,6 +12,7 @@ use super::supervise::End;
 use crate::failure::Failure;
 use crate::recorded::Tape;
 use crate::run::control::Stop;
+use crate::run::engine::warn_of_leftovers;
 use crate::trial::replay::{Departures, Duet, Setup};
 
 /// Longest reason that is passed on, in characters.
@@ -106,7 +107,7 @@ pub(super) fn attempt(
     }
     let spans = conductor.gauge().spans();
     trial.lengths = spans.iter().filter(|span| span.worker == duet.worker).map(|span| span.length).collect();
-    conductor.finish()?;
+    warn_of_leftovers(conductor.finish())?;
     trial.end = End::read(&status);
     Ok(trial)
 }

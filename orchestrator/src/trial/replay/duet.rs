@@ -90,7 +90,6 @@ impl Duet {
         let plan = Plan::new(&scenario.name, network, timing.period(), timing.periods() + 1, workers);
         let mut plan = plan.map_err(RunError::from)?;
         plan.traced = setup.traced;
-        RunDirectory::sweep()?;
         let directory = RunDirectory::create(&scenario.name)?;
         let path = directory.path().join(SCENARIO_FILE);
         std::fs::write(&path, setup.assembly.to_toml())

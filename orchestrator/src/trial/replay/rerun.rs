@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::log::{Recorder, Summary};
 use crate::recorded::Tape;
 use crate::run::control::{Pace, Stop, TooLate};
+use crate::run::engine::warn_of_leftovers;
 use crate::run::players::Player;
 use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};
@@ -83,7 +84,7 @@ pub fn rerun(
             recorder.record(step, store, |channel| header(network, timing.period(), store, channel, step))?;
         }
     }
-    conductor.finish()?;
+    warn_of_leftovers(conductor.finish())?;
     let log = recorder.map(Recorder::finish).transpose()?;
     too_late.map_or(Ok(()), Err)?;
     Ok(Outcome { departures, log, stopped })

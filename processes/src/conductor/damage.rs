@@ -1,0 +1,77 @@
+//! How the conductor finds out that a process has written into memory that is not its own.
+
+use std::fs;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::{Conductor, RunError};
+use crate::page::{FaultKind, Page};
+
+/// How long a worker that computed when the page was overwritten may take to find it so.
+const CONFESSION: Duration = Duration::from_millis(200);
+
+/// How many steps the workers may do, as the page must say.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Allowance {
+    limit: u64,
+    /// It may have been more before.
+    most: u64,
+}
+
+impl Allowance {
+    /// Lets all steps below `limit` run.
+    pub(super) fn allow(&mut self, page: &Page, limit: u64) {
+        *self = Self { limit, most: self.most.max(limit) };
+        page.allow(limit);
+    }
+}
+
+impl Conductor {
+    /// Whether all stands on the page that must.
+    pub(super) fn look_at_page(&self, step: u64) -> Result<(), RunError> {
+        let Allowance { limit, most } = self.allowance;
+        match self.crew.alarm.page.damage(self.next, limit, most) {
+            Some(what) => Err(self.overwritten(step, what)),
+            None => Ok(()),
+        }
+    }
+
+    /// The error that the page is overwritten, with those who may have done it.
+    #[cold]
+    pub(super) fn overwritten(&self, step: u64, what: &'static str) -> RunError {
+        let start = Instant::now();
+        loop {
+            let found: Vec<usize> = (0..self.plan.workers.len()).filter(|&worker| self.found_it(worker)).collect();
+            if !found.is_empty() || start.elapsed() > CONFESSION {
+                let name = |&worker: &usize| {
+                    let pid = self.crew.pid(worker).unwrap_or_default();
+                    format!("{} (pid {pid})", self.plan.workers[worker].name)
+                };
+                return RunError::Overwritten { step, what, suspects: found.iter().map(name).collect() };
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn found_it(&self, worker: usize) -> bool {
+        self.crew.alarm.page.report(worker).is_some_and(|report| report.kind == FaultKind::Overwritten)
+    }
+
+    /// The same error, or what is behind it if memory was cut short.
+    #[cold]
+    pub(super) fn explain(&self, step: u64, error: RunError) -> RunError {
+        match self.cut() {
+            Some((path, before, now)) if !matches!(error, RunError::Interrupted { .. }) => {
+                RunError::Cut { step, path, before, now, noticed: Box::new(error) }
+            }
+            _ => error,
+        }
+    }
+
+    /// A file of the run's shared memory that is shorter than it was.
+    fn cut(&self) -> Option<(PathBuf, u64, u64)> {
+        let size = |path: &PathBuf| fs::symlink_metadata(path).map_or(0, |found| found.len());
+        let mut sizes = self.segments.iter().map(|(path, before)| (path.clone(), *before, size(path)));
+        sizes.find(|(_, before, now)| now < before)
+    }
+}

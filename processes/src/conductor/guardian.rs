@@ -1,0 +1,90 @@
+//! A small process that outlives the conductor by a moment, however that ends, and ends all that descends from its run.
+//!
+//! The kernel kills the participants with the conductor, but not what they have started themselves. The guardian holds one end
+//! of a pipe; when the conductor is gone, the other end is closed.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+
+use rustix::process::{Pid, Signal, WaitOptions};
+
+use crate::lineage::Lineage;
+
+/// The descriptor that the guardian keeps.
+const LIFELINE: RawFd = 0;
+/// Descriptors that are closed one by one where the kernel cannot close a range.
+const MANY: RawFd = 4096;
+
+/// The guardian of a run. Dropping it ends what descends from the run, and then the guardian.
+pub(super) struct Guardian {
+    lineage: Lineage,
+    process: Pid,
+    /// Held open, not used.
+    _lifeline: OwnedFd,
+}
+
+impl Guardian {
+    /// Starts it, before anybody of the run is started.
+    ///
+    /// # Errors
+    /// That of the operating system if there cannot be another process.
+    pub(super) fn start(lineage: Lineage) -> io::Result<Self> {
+        let (reader, writer) = io::pipe()?;
+        let mut before = std::mem::MaybeUninit::uninit();
+        // SAFETY: `all` is initialised by sigfillset, `before` by sigprocmask. With all signals blocked, no handler of this
+        // program runs in the child, which makes system calls only from here to its end: no allocation and no lock.
+        let forked = unsafe {
+            let mut all = std::mem::zeroed();
+            libc::sigfillset(&mut all);
+            libc::pthread_sigmask(libc::SIG_SETMASK, &all, before.as_mut_ptr());
+            let forked = libc::fork();
+            if forked == 0 {
+                watch(reader.as_raw_fd(), lineage);
+            }
+            let error = io::Error::last_os_error();
+            libc::pthread_sigmask(libc::SIG_SETMASK, before.as_ptr(), std::ptr::null_mut());
+            if forked < 0 { Err(error) } else { Ok(forked) }
+        };
+        let process = Pid::from_raw(forked?).ok_or(io::ErrorKind::Other)?;
+        Ok(Self { lineage, process, _lifeline: writer.into() })
+    }
+}
+
+impl Drop for Guardian {
+    fn drop(&mut self) {
+        self.lineage.end();
+        // Not reaped before, so the number is still its own.
+        let _ = rustix::process::kill_process(self.process, Signal::KILL);
+        let _ = rustix::process::waitpid(Some(self.process), WaitOptions::empty());
+    }
+}
+
+/// What the guardian does.
+fn watch(lifeline: RawFd, lineage: Lineage) -> ! {
+    // Whoever ends the group or the terminal of the conductor ends the conductor, not the guardian.
+    let _ = rustix::process::setsid();
+    let _ = rustix::process::chdir(c"/");
+    let _ = rustix::thread::set_name(c"phalanx-guard");
+    keep_only(lifeline);
+    // SAFETY: descriptor 0 is the end of the pipe since `keep_only`, and nobody else here uses it.
+    let lifeline = unsafe { File::from_raw_fd(LIFELINE) };
+    // Nobody writes: what comes is the end.
+    while rustix::io::read(&lifeline, &mut [0; 16]).is_ok_and(|count| count > 0) {}
+    lineage.end();
+    // SAFETY: ends the process without running anything of the program that it was forked from.
+    unsafe { libc::_exit(0) }
+}
+
+/// Closes all descriptors but one: locks, pipes and files of the conductor end with the conductor.
+fn keep_only(descriptor: RawFd) {
+    // SAFETY: plain system calls; what they close belongs to nobody in this process, which uses none of it.
+    unsafe {
+        libc::dup2(descriptor, LIFELINE);
+        if libc::syscall(libc::SYS_close_range, LIFELINE + 1, libc::c_uint::MAX, 0) != 0 {
+            for other in LIFELINE + 1..MANY {
+                libc::close(other);
+            }
+        }
+    }
+}

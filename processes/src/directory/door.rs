@@ -1,0 +1,69 @@
+//! The door of a run: held open by those who join it from outside for as long as that takes, and closed when it ends.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::fs::OFlags;
+
+/// Its file in the directory of the run.
+const DOOR_FILE: &str = "door";
+/// How long the end of a run waits for those who join it. They take milliseconds, unless they are stopped.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Time between two tries of a lock.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// A hold on the door; as long as it lives, the run does not remove its files, but for a second at most.
+#[derive(Debug)]
+pub(crate) struct Door(#[allow(dead_code, reason = "the lock goes with it")] File);
+
+impl Door {
+    /// Holds the door of the run in `directory` open; `None` if it is closed already.
+    pub(crate) fn hold(directory: &Path) -> Option<Self> {
+        let door = open(directory).ok()?;
+        door.try_lock_shared().ok()?;
+        Some(Self(door))
+    }
+
+    /// Closes the door. `Err` names the process that holds it open, if it does not let go.
+    pub(super) fn close(directory: &Path) -> Result<Option<Self>, String> {
+        let Ok(door) = open(directory) else { return Ok(None) };
+        let start = Instant::now();
+        loop {
+            match door.try_lock() {
+                Ok(()) => return Ok(Some(Self(door))),
+                Err(TryLockError::Error(_)) => return Ok(None),
+                Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => return Err(holder(&door)),
+                Err(TryLockError::WouldBlock) => thread::sleep(LOOK),
+            }
+        }
+    }
+}
+
+fn open(directory: &Path) -> io::Result<File> {
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).mode(0o600).custom_flags(flags.bits() as i32);
+    options.open(directory.join(DOOR_FILE))
+}
+
+/// The process that holds the lock of a file, in words.
+pub(super) fn holder(file: &File) -> String {
+    let pid = file.metadata().ok().and_then(|found| holder_of(&found, &fs::read_to_string("/proc/locks").ok()?));
+    let Some(pid) = pid else { return "another process".into() };
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let state = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
+    let is_stopped = state.is_some_and(|state| ['T', 't'].contains(&state));
+    format!("process {pid}{}", if is_stopped { ", which is stopped" } else { "" })
+}
+
+fn holder_of(found: &fs::Metadata, locks: &str) -> Option<u32> {
+    let (major, minor) = (rustix::fs::major(found.dev()), rustix::fs::minor(found.dev()));
+    let identity = format!("{major:02x}:{minor:02x}:{}", found.ino());
+    let line = locks.lines().find(|line| line.split_whitespace().any(|word| word == identity))?;
+    // Behind number, kind, and two words that say what it forbids.
+    line.split_whitespace().find_map(|word| word.parse().ok())
+}
