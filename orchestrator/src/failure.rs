@@ -156,6 +156,10 @@ fn of_run(error: &RunError) -> Option<&'static str> {
         RunError::Died { death: Death::Signal(SIGBUS), .. } => {
             "a SIGBUS mostly means that /dev/shm is full: `df -h /dev/shm` tells, `phalanx doctor` removes what dead runs have left"
         }
+        RunError::Overwritten { .. } | RunError::Cut { .. } => {
+            "try the run without your own programs, one at a time; a memory checker such as valgrind or -fsanitize=address finds \
+             the place in a C or C++ program"
+        }
         RunError::Died { step: None, .. } | RunError::NotReady { .. } => {
             "`phalanx conform` tries a program point by point; `-v` shows what every process does while it starts"
         }

@@ -1,6 +1,8 @@
 //! Tests of the whole program from outside: real processes, real shared memory, real files.
 
 mod assertions;
+mod descendants;
+mod doors;
 mod endurance;
 mod engine;
 mod faults;
@@ -11,6 +13,7 @@ mod keys;
 mod limits;
 mod look;
 mod matrix;
+mod memory;
 mod mistakes;
 mod moments;
 mod own_programs;

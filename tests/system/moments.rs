@@ -1,5 +1,8 @@
 //! What becomes of a run when the orchestrator is told to end, or is killed, at a moment that a participant chooses.
 
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
+
 use crate::program::{Finished, Folder, saboteur, unique, wait_until};
 
 /// Steps are numbered from 0 to this.
@@ -70,8 +73,11 @@ fn nothing_is_left_of_a_run_whose_orchestrator_is_killed_at_any_moment() {
         let end = struck(&folder, &name, "kill", number);
         assert_eq!(end.0.status.code(), None, "{moment}: it was killed\n{}", end.stderr());
         wait_until("all participants are gone", || !any_is_left(&name));
-        // Any command, not only a run, removes what was left.
+        // A command that only reads removes nothing; the next run does.
+        let left = shared_memory(&name);
         assert_eq!(folder.run(&["list"]).code(), 0);
+        assert_eq!(shared_memory(&name), left, "{moment}");
+        assert_eq!(folder.run(&["doctor"]).code(), 0);
         assert_eq!(shared_memory(&name), [""; 0], "{moment}");
         let recovered = folder.run(&["recover", "cut.mcap"]);
         assert!(recovered.code() == 0 && recovered.stdout().contains("cut.mcap was cut"), "{}", recovered.stdout());
@@ -94,8 +100,9 @@ fn doctor_removes_what_the_dead_have_left_and_leaves_the_living_alone() {
     };
     let (survivor, victim) = (unique("living"), unique("dying"));
     let (mut living, mut dying) = (named(&survivor), named(&victim));
-    let temporary = std::env::temp_dir().join(format!("phalanx-conform-{}-0", dying.id()));
-    std::fs::create_dir(&temporary).expect("a folder");
+    let user = rustix::process::getuid().as_raw();
+    let temporary = std::env::temp_dir().join(format!("phalanx-scratch-{user}-{}-0", dying.id()));
+    DirBuilder::new().mode(0o700).create(&temporary).expect("a folder");
     dying.kill().expect("a running program");
     dying.wait().expect("an end");
     wait_until("all participants are gone", || !any_is_left(&victim));

@@ -103,13 +103,13 @@ pub(crate) fn saboteur() -> PathBuf {
     path
 }
 
-/// Processes whose parent is `pid`.
+/// Processes whose parent is `pid`, but for the guardian of a run.
 pub(crate) fn children(pid: u32) -> Vec<u32> {
     let is_child = |process: &u32| {
         let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
         // The name may hold spaces and parentheses; the parent is the second word behind it.
         let parent = stat.rsplit(')').next().and_then(|rest| rest.split_whitespace().nth(1));
-        parent == Some(pid.to_string().as_str())
+        parent == Some(pid.to_string().as_str()) && !stat.contains("(phalanx-guard)")
     };
     let entries = std::fs::read_dir("/proc").expect("/proc");
     entries.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()).filter(is_child).collect()

@@ -13,7 +13,7 @@ use crate::program::{Finished, Folder, wait_until};
 const PROGRAM: &str = env!("CARGO_BIN_EXE_phalanx");
 
 /// Runs a shell script in a mount namespace of its own; `None` if there can be none.
-fn in_namespace(folder: &Folder, script: &str) -> Option<Finished> {
+pub(crate) fn in_namespace(folder: &Folder, script: &str) -> Option<Finished> {
     let unshare = |script: &str| -> Option<Output> {
         let mut command = Command::new("unshare");
         command.args(["--mount", "--map-root-user", "sh", "-c", script]).current_dir(folder.path("."));
