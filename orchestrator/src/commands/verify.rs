@@ -4,6 +4,8 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use formation::wiring::Assembly;
+use std::path::PathBuf;
+
 use serde_json::json;
 
 use super::select::assemble;

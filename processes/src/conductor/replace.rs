@@ -11,7 +11,6 @@ use rustix::io::Errno;
 
 use super::error::system;
 use super::{Conductor, Death, RunError};
-use crate::board::ChannelReader;
 use crate::worker::{Comeback, Orders};
 use lockstep::{ChannelId, Store};
 
