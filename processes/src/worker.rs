@@ -98,7 +98,7 @@ pub struct NotAWorker(pub String);
 ///
 /// ```no_run
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let worker = lockstep::Worker::join()?;
+/// let worker = processes::Worker::join()?;
 /// let mut link = worker.connect()?;
 /// while let Some(turn) = link.next()? {
 ///     if let Some(io) = link.io() { /* read, compute, write */ }

@@ -7,7 +7,7 @@ use crate::program::{Folder, is_alive, unique, wait_until};
 const WAYS: [(&str, &str); 4] = [
     ("behind a shell", "sleep 86399 & echo $! > pid; wait"),
     ("in a session", "setsid sh -c 'echo $$ > pid; exec sleep 86399' & wait"),
-    ("a daemon", "(setsid sh -c '(trap \"\" TERM HUP; echo $$ > pid; exec sleep 86399) &' &) ; sleep 86399"),
+    ("a daemon", "(setsid sh -c 'sh -c \"trap : TERM HUP; echo \\$\\$ > pid; exec sleep 86399\" &' &) ; sleep 86399"),
     ("without an environment", "(env -i setsid sh -c 'echo $$ > pid; exec sleep 86399' &) ; sleep 86399"),
 ];
 
