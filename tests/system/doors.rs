@@ -68,7 +68,7 @@ fn a_run_under_another_name_is_found_by_all_commands() {
 fn commands_that_read_remove_nothing() {
     let folder = Folder::new();
     let script = format!(
-        "mount -t tmpfs -o mode=1777 none /dev/shm; {PROGRAM} run uav --duration 0.1 -qq --out a.mcap\n\
+        "mount -t tmpfs -o mode=1777 none /dev/shm; {PROGRAM} run uav --duration 0.1 -qq --out a.mcap >/dev/null\n\
          {PROGRAM} run uav --realtime --no-log -qq & R=$!\n\
          for i in $(seq 300); do timeout 20 {PROGRAM} ctl status >/dev/null 2>&1 && break; sleep 0.05; done\n\
          kill -KILL $R; wait $R 2>/dev/null; ls -AR /dev/shm > before\n\
