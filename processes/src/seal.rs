@@ -8,8 +8,6 @@ use lockstep::{ChannelId, Header};
 
 /// An odd number whose products have no pattern, so that bits spread upward; the rotations bring them down again.
 const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
-/// Words that are sealed side by side, so that none waits for the product of the one before.
-const LANES: usize = 4;
 
 /// What the seals of a channel begin with: a sample that ends up in another channel does not fit there.
 #[derive(Clone, Copy, Debug)]
@@ -29,17 +27,16 @@ impl SealKey {
         let spread = |lane: u64, word: u64| (lane ^ word).wrapping_mul(SPREAD).rotate_left(29);
         let stamp = u64::from(header.sec as u32) << 32 | u64::from(header.nanosec);
         let about = u64::from(header.agent) << 32 | u64::from(header.status);
-        let mut lanes = [stamp, header.step, about, words.len() as u64].map(|word| spread(self.0, word));
-        let (whole, rest) = words.as_chunks::<LANES>();
-        for chunk in whole {
-            for (lane, word) in lanes.iter_mut().zip(chunk) {
-                *lane = spread(*lane, word.to_bits());
-            }
+        let mut even = spread(spread(self.0, stamp), about);
+        let mut odd = spread(spread(!self.0, header.step), words.len() as u64);
+        let (pairs, rest) = words.as_chunks::<2>();
+        for [first, second] in pairs {
+            (even, odd) = (spread(even, first.to_bits()), spread(odd, second.to_bits()));
         }
-        for (lane, word) in lanes.iter_mut().zip(rest) {
-            *lane = spread(*lane, word.to_bits());
+        if let [last] = rest {
+            even = spread(even, last.to_bits());
         }
-        lanes.into_iter().fold(0, spread)
+        spread(even, odd.rotate_left(32))
     }
 }
 
