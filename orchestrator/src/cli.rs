@@ -107,14 +107,14 @@ enum Command {
     /// Print the JSON Schema of scenario files, for editors
     #[command(after_help = SCHEMA_HELP)]
     Schema,
-    /// Serve as a process of a run (started by `run`, not by hand)
-    #[command(hide = true)]
     /// Serve as the bridge to a robot in a run (started by `run`, not by hand)
     #[command(hide = true)]
     Bridge {
         /// Its robot.toml
         settings: PathBuf,
     },
+    /// Serve as a process of a run (started by `run`, not by hand)
+    #[command(hide = true)]
     Participant(ParticipantArgs),
     /// Watch over a program under trial (started by `conform`, not by hand)
     #[command(hide = true)]

@@ -66,6 +66,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_command_that_is_shown_is_described() {
+        let shown = program().get_subcommands().filter(|command| !command.is_hide_set()).cloned().collect::<Vec<_>>();
+        let lacking: Vec<&str> =
+            shown.iter().filter(|one| one.get_about().is_none()).map(|one| one.get_name()).collect();
+        assert!(shown.len() > 20 && lacking.is_empty(), "without a description: {lacking:?}");
+    }
+
+    #[test]
     fn every_command_has_a_manual_page() {
         let folder = std::env::temp_dir().join(format!("phalanx-man-{}", std::process::id()));
         crate::commands::man::man(&ManArgs { folder: folder.clone() }).unwrap();
