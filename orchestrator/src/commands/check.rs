@@ -27,8 +27,7 @@ pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> 
     let findings = Watch::stream(&assembly, &args.log)?;
     let players: Vec<Player> = log.players().iter().map(Player::read).collect();
     let cut = (!complete).then(|| format!("the log ends after {recorded} of {planned} samples"));
-    let verdict = verdict.not_held_since(swapped(&players)).not_held_since(cut);
-    let verdict = if args.strict { verdict.strict() } else { verdict };
+    let verdict = held(verdict, &players, cut, args.strict);
     if args.json {
         let summary = json!({
             "scenario": scenario.name, "variant": scenario.variant, "complete": complete,
@@ -71,12 +70,15 @@ pub(super) fn players_json(players: &[Player]) -> Vec<Value> {
     players.iter().map(Player::to_json).collect()
 }
 
-/// Why bands are not held against a run with these players.
-pub(super) fn swapped(players: &[Player]) -> Option<String> {
-    (!players.is_empty()).then(|| {
-        let sentences: Vec<String> = players.iter().map(Player::sentence).collect();
-        sentences.join("; ")
-    })
+/// The verdict on a run with these players that ended early for the reason `cut`, if it did. Its bands are not held against a run
+/// that was swapped or cut short, unless it is `strict`.
+pub(super) fn held(verdict: Verdict, players: &[Player], cut: Option<String>, strict: bool) -> Verdict {
+    if strict {
+        return verdict.strict();
+    }
+    let sentences: Vec<String> = players.iter().map(Player::sentence).collect();
+    let swapped = (!sentences.is_empty()).then(|| sentences.join("; "));
+    verdict.not_held_since(swapped).not_held_since(cut)
 }
 
 /// One sentence about the bands.

@@ -9,7 +9,7 @@ use formation::wiring::Assembly;
 use processes::console::{self, Dropped};
 use serde_json::{Value, json};
 
-use super::check::{players_json, show_findings, show_players, summary_line, swapped};
+use super::check::{held, players_json, show_findings, show_players, summary_line};
 use super::select::assemble_for;
 use crate::catalog::Catalog;
 use crate::cli::RunArgs;
@@ -23,7 +23,7 @@ use crate::run::profile;
 use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap, keep_apart};
 use crate::run::urgency::Urgency;
-use crate::run::{Ending, Options, Outcome, run as carry_out};
+use crate::run::{Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, wrapped};
 
 /// How long an interrupted run may take to end in order.
@@ -70,9 +70,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         }
         None => (None, Player::all(&options.swaps)),
     };
-    let cut = (!matches!(outcome.ending, Ending::Complete)).then(|| outcome.ending.reason()).flatten();
-    let verdict = verdict.map(|verdict| verdict.not_held_since(swapped(&players)).not_held_since(cut));
-    let verdict = if args.strict { verdict.map(Verdict::strict) } else { verdict };
+    let verdict = verdict.map(|verdict| held(verdict, &players, outcome.ending.reason(), args.strict));
     if args.json {
         println!("{}", to_json(&assembly, &outcome, verdict.as_ref(), &players));
     } else {

@@ -26,7 +26,7 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
         selection.overrides.push("plant.per_agent=true".into());
     }
     let mut assembly = Assembly::load(&file, &text, &selection, &catalog.roles)?;
-    if catalog.scenarios.iter().all(|shipped| shipped.file != file) {
+    if catalog.scenario(&args.scenario).is_none() {
         assembly.scenario.folder = Path::new(&file).parent().map(Path::to_path_buf);
     }
     // What is wrong with an assertion is said before anything starts.

@@ -23,7 +23,7 @@ impl Page {
         } else if !(recorded..=allowed).contains(&completed) {
             Some("how many steps are complete")
         } else if !self.is_plausible(&pace.finish, allowed) {
-            Some("who completes the step")
+            Some("the record of which process completes the step")
         } else {
             (0..self.phases).find_map(|phase| self.damage_of(phase, completed, allowed))
         }
@@ -44,9 +44,9 @@ impl Page {
         };
         let last = members.div_ceil(64).max(1) as usize - 1;
         if place.masks[last].load(SeqCst) & unused != 0 {
-            return Some("who has arrived in a phase");
+            return Some("the record of which processes have arrived in a phase");
         }
-        (!self.is_plausible(&place.claim, allowed)).then_some("who opens the gate of a phase")
+        (!self.is_plausible(&place.claim, allowed)).then_some("the record of which process opens the gate of a phase")
     }
 
     fn is_plausible(&self, claim: &Claim, allowed: u64) -> bool {
