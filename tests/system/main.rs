@@ -16,6 +16,7 @@ mod matrix;
 mod memory;
 mod mistakes;
 mod moments;
+mod overrides;
 mod own_programs;
 mod program;
 mod provenance;

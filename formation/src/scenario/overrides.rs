@@ -1,5 +1,6 @@
 //! Overrides of the command line: short names, whole columns of the agents, and paths.
 
+use super::SECTIONS;
 use super::adjacency::TWO_WAY_RING;
 use crate::config::{Node, Origin, Problem, Value, nearest};
 
@@ -15,6 +16,7 @@ const ALIASES: &[(&str, &str)] = &[
     ("Rhat", "agents.*.R_hat"),
     ("ids", "agents.*.id"),
     ("A1", "topology.A"),
+    ("any_graph", "topology.any_graph"),
 ];
 
 /// More than these are taken for a mistake.
@@ -97,7 +99,8 @@ fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
     if let Some((_, path)) = ALIASES.iter().find(|(alias, _)| *alias == o.path) {
         return Ok((*path).into());
     }
-    if o.path.contains(['.', '[']) || root.at(o.path).is_some() {
+    // A field at the top can be set whether the file has it or not.
+    if o.path.contains(['.', '[']) || root.at(o.path).is_some() || SECTIONS.contains(&o.path) {
         return Ok(o.path.into());
     }
     let found = root.find_leaf(o.path);
@@ -105,8 +108,8 @@ fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
         [path] => Ok(path.clone()),
         [] => {
             let names = root.leaf_names();
-            let hint =
-                nearest(o.path, names.iter().map(String::as_str)).map(|name| format!("; did you mean `{name}`?"));
+            let known = names.iter().map(String::as_str).chain(SECTIONS.iter().copied());
+            let hint = nearest(o.path, known).map(|name| format!("; did you mean `{name}`?"));
             let message = format!("nothing in this scenario is called `{}`{}", o.path, hint.unwrap_or_default());
             Err(problem(o, message))
         }
