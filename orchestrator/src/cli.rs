@@ -10,6 +10,7 @@ mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -376,6 +377,8 @@ pub fn main(catalog: &Catalog) -> ExitCode {
     }
     if !cli.command.is_part() {
         console::start();
+        // Without it, a file that grows beyond `ulimit -f` ends the program; with it, writing fails, and the error is told.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     }
     if cli.command.is_to_sweep() {
         leftovers::sweep_silently();
@@ -415,6 +418,13 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Command::Schema => commands::schema::schema(catalog),
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
         Command::Participant(args) => return commands::participant::participant(catalog, &args),
+    };
+    let result = match (result, terminal::printing::finish()) {
+        // What was asked for did not arrive, whatever it says.
+        (Ok(()) | Err(Failure::Missed | Failure::Different | Failure::Nonconforming), Some(error)) => {
+            Err(Failure::Unwritten(error.to_string()))
+        }
+        (result, _) => result,
     };
     let code = match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,10 +3,17 @@
 use formation::config::Problem;
 use processes::{Death, DirectoryError, RunError};
 use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
 
 use crate::judge::metrics::MetricError;
 use crate::log::LogError;
 use crate::run::control::Unanswered;
+
+/// What to do about a limit of open files that is too low.
+const FEW_FILES: &str =
+    "a run needs about 20 open files per process: `ulimit -n` shows the limit, `ulimit -n 4096` allows more";
+/// A limit of open files that is enough for any run of some participants.
+const MANY_FILES: u64 = 1024;
 
 /// Number of the signal.
 const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();
@@ -66,6 +73,9 @@ pub enum Failure {
     /// The program itself is at fault.
     #[error("internal error: {0}")]
     Internal(String),
+    /// What was to be printed cannot be written.
+    #[error("cannot write the results to stdout: {0}")]
+    Unwritten(String),
     /// A run has not answered what was asked of it.
     #[error(transparent)]
     Unanswered(#[from] Unanswered),
@@ -87,8 +97,9 @@ impl Failure {
             Failure::Invalid(_) | Failure::Usage(_) => 2,
             Failure::Unanswered(Unanswered::Over(_) | Unanswered::Refused { .. }) => 2,
             Failure::Run(_) | Failure::Emergency { .. } | Failure::TooLate { .. } => 3,
+            Failure::Log(LogError::Busy { .. } | LogError::NoPlace { .. } | LogError::SameFile { .. }) => 2,
             Failure::Log(_) | Failure::Metric(_) => 4,
-            Failure::System { .. } | Failure::Unanswered(_) => 5,
+            Failure::System { .. } | Failure::Unwritten(_) | Failure::Unanswered(_) => 5,
             Failure::Violated(_) => 6,
             Failure::Internal(_) => 70,
             Failure::Interrupted => 130,
@@ -124,11 +135,11 @@ Exit codes:
   2    the command line or the scenario is not valid; nothing was started
   3    the run stopped early: a participant failed, hung, died or was too late, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for
-  5    the operating system refused something
+  5    the operating system refused something, or the results cannot be written
   6    an assertion of the scenario was violated; the log is complete, or ends there if the assertion stops the run
   70   internal error: a mistake in Phalanx itself
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); the log is closed and readable up to there
-  141  whoever read what was printed has gone";
+  141  the reader of what was printed has gone";
 
 impl From<Vec<Problem>> for Failure {
     fn from(problems: Vec<Problem>) -> Self {
@@ -171,6 +182,8 @@ fn of_run(error: &RunError) -> Option<&'static str> {
         }
         RunError::Fault { .. } => "the log holds every step before: `phalanx report LOG` shows how it came to this",
         RunError::System { source, .. } => return of_system(source),
+        RunError::Directory(error) => return of_system(&error.source),
+        RunError::Service(_) => return of_limits(),
         _ => return None,
     })
 }
@@ -178,12 +191,25 @@ fn of_run(error: &RunError) -> Option<&'static str> {
 fn of_system(error: &std::io::Error) -> Option<&'static str> {
     Some(match Errno::from_io_error(error)? {
         Errno::NOSPC | Errno::DQUOT => {
-            "make room, or write elsewhere with `--out FILE`; `phalanx recover` closes what was written so far"
+            "make room, or write elsewhere with `--out FILE`; `phalanx info LOG` tells how many steps a log holds, `phalanx recover` \
+             closes it if need be"
         }
         Errno::ROFS | Errno::ACCESS | Errno::PERM => "`--out FILE` writes the log elsewhere",
-        Errno::MFILE | Errno::NFILE => "a run needs about 20 files per process: `ulimit -n 4096` allows more",
+        Errno::FBIG => "`ulimit -f` tells how large a file may be; `ulimit -f unlimited` allows any size",
+        Errno::MFILE | Errno::NFILE => FEW_FILES,
         _ => return None,
     })
+}
+
+/// What to do when iceoryx2 cannot create its files; it does not say what the operating system said.
+fn of_limits() -> Option<&'static str> {
+    let of = |resource| getrlimit(resource).current;
+    if of(Resource::Nofile).is_some_and(|limit| limit < MANY_FILES) {
+        return Some(FEW_FILES);
+    }
+    of(Resource::Fsize).map(
+        |_| "`ulimit -f` limits the size of files, of which shared memory is made; `ulimit -f unlimited` allows any",
+    )
 }
 
 fn list(problems: &[Problem]) -> String {

@@ -16,6 +16,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`cli`], `commands` | the command line, one file a command |
+//! | `files` | files that commands write, besides logs |
 //! | [`run`] | carries out one run: processes, control, observers of a step, recovery |
 //! | [`recorded`] | a recorded run as an input: its scenario, its samples |
 //! | [`log`] | writes, reads and recovers logs |
@@ -34,6 +35,7 @@ pub mod catalog;
 pub mod cli;
 mod commands;
 pub mod failure;
+mod files;
 pub mod judge;
 pub mod log;
 pub mod logging;

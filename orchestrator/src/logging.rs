@@ -3,9 +3,9 @@
 //! Participants inherit the filter and print to the pipe that the orchestrator reads; it passes their lines on with their
 //! names. Nothing is said in the hot path of a step.
 
-use std::fs::{DirBuilder, File, OpenOptions};
+use std::fs::{DirBuilder, File};
 use std::io::{self, IsTerminal, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::DirBuilderExt;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -100,9 +100,7 @@ fn coloured() -> bool {
 fn own_file(directory: &Path) -> Result<File, Failure> {
     let failed = || Failure::system(format!("write into the folder {}", directory.display()));
     DirBuilder::new().recursive(true).mode(0o700).create(directory).map_err(failed())?;
-    let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(true).mode(0o600);
-    options.open(directory.join(OWN_FILE)).map_err(failed())
+    console::new_file(&directory.join(OWN_FILE)).map_err(failed())
 }
 
 /// Stderr with the name of the orchestrator in front of every message, as participants have theirs.

@@ -7,7 +7,10 @@
 //! Until [`start`] is called, [`say`] writes to stderr directly. Participants do that: the conductor reads their stderr.
 
 use std::collections::VecDeque;
-use std::io::{self, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -21,6 +24,20 @@ const FORWARDED: usize = 1 << 20;
 const BATCH: usize = 16 << 10;
 /// Removes the line of the terminal that the cursor is in.
 const CLEAR_LINE: &[u8] = b"\r\x1b[2K";
+
+/// Creates a file for what a process prints, readable by this user only. An earlier file of the name goes; what a link of the name
+/// leads to stays.
+///
+/// # Errors
+/// That of the operating system; [`ErrorKind::AlreadyExists`] if a folder, a FIFO or a device has the name.
+pub fn new_file(path: &Path) -> io::Result<File> {
+    match path.symlink_metadata() {
+        Ok(found) if found.is_file() || found.is_symlink() => fs::remove_file(path)?,
+        Ok(_) => return Err(io::Error::new(ErrorKind::AlreadyExists, format!("{} is no file", path.display()))),
+        Err(_) => {}
+    }
+    OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)
+}
 
 /// Output of participants and messages that were dropped, since stderr was not read fast enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -65,8 +65,8 @@ fn participants_die_with_the_program_and_the_next_run_works() {
 fn a_full_disk_is_reported() {
     let folder = Folder::new();
     let run = folder.run(&["run", "uav", "-q", "--placement", "single", "--out", "/dev/full"]);
-    assert_eq!(run.code(), 4);
-    assert!(run.stderr().contains("/dev/full"), "{}", run.stderr());
+    assert_eq!(run.code(), 2);
+    assert!(run.stderr().contains("/dev/full: it is a device"), "{}", run.stderr());
 }
 
 /// Sampled ten times too slowly, the attitude loop leaves the range of numbers at once.

@@ -11,6 +11,7 @@ mod interface;
 mod jobs;
 mod keys;
 mod limits;
+mod logs;
 mod look;
 mod matrix;
 mod memory;

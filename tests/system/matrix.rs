@@ -214,9 +214,9 @@ fn never_started(participant: &str) {
 /// Only what is read in the step at which it was forged can be found out; that of the last phase is found by the recorder.
 #[test]
 fn a_sample_that_another_process_alters_ends_the_run() {
-    let folder = Folder::new();
     for participant in ["observer_1", "controller_2"] {
         for step in [0, 23, LAST] {
+            let folder = Folder::new();
             let (code, stderr) = run(&folder, participant, "forge", &step.to_string());
             let told = stderr.contains(&format!("of step {step} is not what")) && stderr.contains("has published");
             assert!(code == 3 && told, "{participant} at step {step}: {code}\n{stderr}");

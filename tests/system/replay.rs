@@ -92,7 +92,7 @@ fn a_log_that_does_not_fit_is_refused_before_anything_starts() {
         (&["--duration", "0.5"], "controller.5=replay:three.mcap", 2, "has no topic /agent_5/command"),
         (&["--duration", "0.5"], "controller.1=replay:text.mcap", 4, "is not an MCAP file"),
         (&["--duration", "0.5"], "controller.1=replay:none.mcap", 4, "cannot read log none.mcap"),
-        (&["--duration", "0.5", "--out", "./short.mcap"], "plant=replay:short.mcap", 2, "name another file with --out"),
+        (&["--duration", "0.5", "--out", "./short.mcap"], "plant=replay:short.mcap", 2, "name another file"),
     ];
     for (more, swap, code, expected) in cases {
         let run = folder.run(&[&["run", "uav", "-q", "--swap", swap], more].concat());

@@ -62,9 +62,13 @@ fn an_earlier_log_is_not_replaced_in_silence() {
     let folder = Folder::new();
     let short = ["run", "uav", "--duration", "0.1", "--placement", "single"];
     let first = folder.run(&short);
-    assert!(!first.stderr().contains("replacing"), "{}", first.stderr());
+    assert!(!first.stderr().contains("replaces"), "{}", first.stderr());
     let second = folder.run(&short);
-    assert!(second.stderr().contains("replacing the log of an earlier run, runs/uav-TSC.mcap"), "{}", second.stderr());
+    assert!(
+        second.stderr().contains("the log replaces that of an earlier run, runs/uav-TSC.mcap"),
+        "{}",
+        second.stderr()
+    );
 }
 
 #[test]

@@ -251,18 +251,6 @@ fn sigterm_ends_the_start_of_hundreds_of_processes_at_any_moment() {
 }
 
 #[test]
-fn sigterm_ends_a_run_whose_log_nobody_opens() {
-    let folder = Folder::new();
-    let made = std::process::Command::new("mkfifo").arg(folder.path("fifo.mcap")).status().expect("mkfifo");
-    assert!(made.success());
-    let run = folder.start(&["run", &renamed(&folder, "uav", &unique("piped")), "-q", "--out", "fifo.mcap"]);
-    std::thread::sleep(Duration::from_millis(500));
-    // It may have refused such a log already.
-    let _ = kill_process(Pid::from_raw(run.id() as i32).expect("a process id"), Signal::TERM);
-    assert_ne!(soon(run).0.status.code(), Some(0));
-}
-
-#[test]
 fn a_start_can_be_asked_and_stopped() {
     let folder = Folder::new();
     let name = unique("slow-start");
@@ -312,7 +300,7 @@ fn a_run_that_is_not_there_is_not_waited_for() {
 
 /// The rows of docs/faults.md about the end of a run: what stands against it, what happens, the exit code of the run. Each is a
 /// test of this file or of `jobs.rs`.
-const ROWS: [(&str, &str, &str); 9] = [
+const ROWS: [(&str, &str, &str); 8] = [
     (
         "`ctl estop` while a swap waits for its program, 150 clients keep silent, one sends byte by byte, and another program \
          holds the lock of all runs",
@@ -328,7 +316,6 @@ const ROWS: [(&str, &str, &str); 9] = [
         "as without",
     ),
     ("SIGTERM while processes start, also hundreds", "the run ends, no process is left", "130"),
-    ("SIGTERM while the log waits to be opened (FIFO)", "the run ends", "130, or by the signal"),
     (
         "SIGSTOP of the orchestrator",
         "`ctl` and `top` print that it is stopped, its process id, and how to continue it; SIGCONT continues the run",

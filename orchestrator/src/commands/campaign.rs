@@ -7,9 +7,13 @@ use crate::campaign::{as_json, as_markdown, as_text, run_all};
 use crate::catalog::Catalog;
 use crate::cli::{CampaignArgs, TableFormat};
 use crate::failure::Failure;
+use crate::files;
 use crate::run::leftovers::Scratch;
 
 pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Failure> {
+    if let Some(out) = &args.out {
+        files::spare(out, &args.scenarios)?;
+    }
     let folder = Scratch::create()?;
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:32.cyan/dim} {pos} of {len} runs, {msg}") {
@@ -32,7 +36,7 @@ pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Fai
     };
     match &args.out {
         Some(path) => {
-            std::fs::write(path, text).map_err(Failure::system(format!("write {}", path.display())))?;
+            files::write(path, text).map_err(Failure::system(format!("write {}", path.display())))?;
             println!("{}", path.display());
         }
         None => print!("{text}"),

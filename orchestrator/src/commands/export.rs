@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
+use crate::files;
 use crate::log::{Log, LogChannel};
 use crate::show::export::ExportFormat;
 use crate::show::export::{Table, write_csv, write_mat, write_npz, write_parquet};
@@ -14,6 +15,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let tables = wanted(&log, &args.topics)?;
     let every = usize::try_from(args.every).unwrap_or(usize::MAX);
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.log, args.format));
+    files::spare(&out, [&args.log])?;
     let failed = |path: &Path| Failure::system(format!("write {}", path.display()));
     match args.format {
         ExportFormat::Csv => each(&tables, &out, "csv", |path, table| write_csv(path, &log, table, every))?,

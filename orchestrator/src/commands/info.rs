@@ -6,7 +6,7 @@ use serde_json::json;
 use super::check::players_json;
 use crate::cli::InfoArgs;
 use crate::failure::Failure;
-use crate::log::{Log, LogChannel};
+use crate::log::{Log, LogChannel, Unfinished};
 use crate::run::players::Player;
 use crate::terminal::plain;
 
@@ -47,7 +47,11 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
     println!("  samples    {} steps, up to {duration} s", log.steps().end - log.steps().start);
     println!(
         "  file       {}",
-        if log.is_complete() { "complete" } else { "cut: the run was killed; `phalanx recover` closes it" }
+        match log.unfinished() {
+            None => "complete".into(),
+            Some(Unfinished::Growing) => "not closed yet: its run goes on".to_string(),
+            Some(Unfinished::Cut) => format!("{}; `phalanx recover` closes it", Unfinished::Cut),
+        }
     );
     println!("\n{:<24} {:>9}  fields", "topic", "messages");
     for channel in log.channels() {

@@ -6,6 +6,7 @@ use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::cli::{LayoutArgs, ScenarioArgs};
 use crate::failure::Failure;
+use crate::files;
 use crate::log::Log;
 use crate::show::layouts::Viewer;
 use crate::show::layouts::layout as write_layout;
@@ -36,7 +37,8 @@ pub(crate) fn layout(catalog: &Catalog, args: &LayoutArgs) -> Result<(), Failure
         name.push(ending(args.viewer));
         name.into()
     });
-    std::fs::write(&out, text).map_err(Failure::system(format!("write {}", out.display())))?;
+    files::spare(&out, [path])?;
+    files::write(&out, text).map_err(Failure::system(format!("write {}", out.display())))?;
     println!("{}", out.display());
     println!("{}", usage(args.viewer, &out.display().to_string()));
     Ok(())

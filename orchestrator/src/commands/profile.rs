@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use formation::wiring::Assembly;
 
-use super::run::{conclude, end_on_signals, parse_swaps, show_profile};
+use super::run::{conclude, end_on_signals, inputs, parse_swaps, show_profile};
 use super::select::{assemble, from_log};
 use crate::catalog::Catalog;
 use crate::cli::{ProfileArgs, ScenarioArgs};
 use crate::failure::Failure;
+use crate::files;
 use crate::log::Log;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
@@ -24,12 +25,18 @@ pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failu
         Placement::Single => None,
         _ => Some(args.trace.clone().unwrap_or_else(|| format!("{}.trace.json", assembly.scenario.name).into())),
     };
+    // The run that is profiled is the one that `phalanx run` carries out.
+    let swaps = parse_swaps(&[], &assembly, placement)?;
+    let mut inputs = inputs(&args.scenario, &swaps);
+    for output in args.out.iter().chain(&trace) {
+        files::spare(output, &inputs)?;
+        inputs.push(output.clone());
+    }
     let options = Options {
         pin: Pin::parse(&args.pin)?,
         progress: !args.quiet,
         trace,
-        // The run that is profiled is the one that `phalanx run` carries out.
-        swaps: parse_swaps(&[], &assembly, placement, args.out.as_deref())?,
+        swaps,
         on_failure: assembly.scenario.on_failure.clone(),
         ..Options::new(placement, args.out.clone())
     };

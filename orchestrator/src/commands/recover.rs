@@ -9,6 +9,10 @@ pub(crate) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
         let stem = args.log.file_stem().unwrap_or_default().to_string_lossy();
         args.log.with_file_name(format!("{stem}-recovered.mcap"))
     });
+    if log::is_being_written(&args.log) {
+        let what = "its run goes on; wait for its end, or stop it with `phalanx ctl stop`";
+        return Err(Failure::Usage(format!("{} is not closed yet: {what}", args.log.display())));
+    }
     let recovered = log::recover(&args.log, &out)?;
     let source = args.log.display();
     let kept = match recovered.until_ns {
@@ -18,8 +22,13 @@ pub(crate) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
     match (&recovered.damage, recovered.lost) {
         _ if recovered.was_complete => println!("{source} was complete; nothing is lost."),
         (Some(damage), lost) => println!("{damage}: {kept}, the {lost} bytes from there on are lost."),
-        (None, 0) => println!("{source} was cut between two blocks: {kept}, nothing of the file is lost."),
+        (None, 0) => println!("{source} was cut between two blocks: {kept}; all of the file is kept."),
         (None, lost) => println!("{source} was cut within a block: {kept}, its last {lost} bytes are lost."),
+    }
+    if !recovered.was_complete {
+        println!(
+            "Steps that had not reached the file are missing: those of the last 50 ms of the run, or of its last chunk."
+        );
     }
     println!(
         "{}: {} messages on {} topics, {} attachments, {} metadata records.",

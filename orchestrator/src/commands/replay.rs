@@ -13,12 +13,13 @@ use super::select::{from_head, names_one_plant};
 use crate::catalog::Catalog;
 use crate::cli::ReplayArgs;
 use crate::failure::Failure;
+use crate::files;
 use crate::log::Log;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
 use crate::run::players::Player;
 use crate::run::robots::{self, Robots};
-use crate::run::swap::{Swap, keep_apart, node_called, own_program};
+use crate::run::swap::{Swap, node_called, own_program};
 use crate::run::urgency::Urgency;
 use crate::terminal::plain;
 use crate::trial::replay::{Departures, Outcome, Setup, rerun};
@@ -50,7 +51,9 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
     let player = swap.as_ref().and_then(|swap| Player::of(swap, 0));
     remark_on_changes(&played, player.as_ref());
     robots::check(swap.as_slice(), &assembly, Some(1.0))?;
-    keep_apart(&args.log, args.out.as_deref())?;
+    if let Some(out) = &args.out {
+        files::spare(out, swap.iter().flat_map(Swap::inputs).chain([args.log.clone()]))?;
+    }
     let home = Pin::Auto.take()?;
     let setup = Setup {
         assembly: &assembly,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::catalog::Catalog;
 use crate::cli::ReportArgs;
 use crate::failure::Failure;
+use crate::files;
 use crate::show::figures::FigureFormat;
 use crate::show::view::Subject;
 use crate::show::{figures, report};
@@ -15,8 +16,9 @@ pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure
         return write_figures(catalog, &subjects, folder, args.format);
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.logs));
+    files::spare(&out, &args.logs)?;
     let html = report::html(&subjects);
-    std::fs::write(&out, &html).map_err(Failure::system(format!("write the report {}", out.display())))?;
+    files::write(&out, &html).map_err(Failure::system(format!("write the report {}", out.display())))?;
     println!("{} ({:.1} MB): open it in a browser, it needs nothing else.", out.display(), html.len() as f64 / 1e6);
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 use formation::config::Problem;
 use formation::scenario::{Scenario, Selection};
@@ -14,6 +15,7 @@ use super::select::find;
 use crate::catalog::Catalog;
 use crate::cli::RobotArgs;
 use crate::failure::Failure;
+use crate::files;
 use crate::run::robots::LISTENS;
 use crate::run::urgency::lock_memory_if_wanted;
 
@@ -41,6 +43,9 @@ pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> 
     let laboratory = job.emulator.laboratory.clone().or_else(|| Laboratory::of(&scenario)).unwrap_or_default();
     if let Some((field, message)) = laboratory.findings().first() {
         return Err(Failure::Usage(format!("laboratory: {field}: {message}")));
+    }
+    if let Some(record) = &args.record {
+        files::spare(record, args.file.clone().into_iter().chain(args.scenario.iter().map(PathBuf::from)))?;
     }
     let options = Options {
         body: job.body,

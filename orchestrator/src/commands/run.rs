@@ -12,19 +12,21 @@ use serde_json::{Value, json};
 use super::check::{held, players_json, show_findings, show_players, summary_line};
 use super::select::assemble_for;
 use crate::catalog::Catalog;
-use crate::cli::RunArgs;
+use crate::cli::{RunArgs, ScenarioArgs};
 use crate::failure::Failure;
+use crate::files;
 use crate::judge::verdict::Verdict;
+use crate::log::LogPlace;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::players::Player;
 use crate::run::profile;
 use crate::run::robots;
-use crate::run::swap::{RobotSwap, Swap, keep_apart};
+use crate::run::swap::{RobotSwap, Swap};
 use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::terminal::{self, columns, wrapped};
+use crate::terminal::{self, columns, quoted, wrapped};
 
 /// How long an interrupted run may take to end in order.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -33,21 +35,32 @@ const LOOK: Duration = Duration::from_millis(10);
 
 pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(catalog, &args.scenario, &args.swap)?;
-    let log = (!args.no_log).then(|| args.out.clone().unwrap_or_else(|| default_log(&assembly, &args.swap)));
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
-    let swaps = parse_swaps(&args.swap, &assembly, placement, log.as_deref())?;
+    let swaps = parse_swaps(&args.swap, &assembly, placement)?;
     robots::check(&swaps, &assembly, args.realtime)?;
+    let inputs = inputs(&args.scenario, &swaps);
+    let place = if args.no_log { None } else { Some(claim(args, &assembly, &inputs)?) };
+    let log = place.as_ref().map(|place| place.path().to_path_buf());
     let trace = match &args.profile {
         None => None,
         Some(None) if placement == Placement::Single && swaps.is_empty() => None,
         Some(path) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
     };
+    if let Some(trace) = &trace {
+        files::spare(trace, inputs.iter().chain(&log))?;
+    }
+    if let Some(folder) = &args.log_dir {
+        let names = assembly.network.nodes.iter().map(|node| node.name.as_str()).chain(["phalanx"]);
+        let files = names.map(|name| folder.join(format!("{name}.log")));
+        files.into_iter().try_for_each(|file| files::spare(&file, inputs.iter().chain(&log).chain(&trace)))?;
+    }
     let options = Options {
         swaps,
         placement,
         pin: Pin::parse(&args.pin)?,
         progress: args.quiet == 0,
         log: log.clone(),
+        place: place.clone(),
         scene: !args.no_scene,
         pace: args.realtime,
         overrun: assembly.scenario.overrun,
@@ -60,12 +73,12 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         log_dir: args.log_dir.clone(),
     };
     if args.quiet == 0 {
-        announce(&assembly, &options, log.as_deref());
+        announce(&assembly, &options, place.as_ref());
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
-    let (verdict, players) = match &log {
-        Some(path) => {
-            let (verdict, log) = Verdict::read(catalog, &assembly.scenario, path)?;
+    let (verdict, players) = match &outcome.log {
+        Some(log) => {
+            let (verdict, log) = Verdict::read(catalog, &assembly.scenario, &log.path)?;
             (verdict, log.players().iter().map(Player::read).collect())
         }
         None => (None, Player::all(&options.swaps)),
@@ -115,20 +128,13 @@ fn marks(names: &[String]) -> String {
 }
 
 /// Programs of the command line, or else of the scenario.
-pub(super) fn parse_swaps(
-    texts: &[String],
-    assembly: &Assembly,
-    placement: Placement,
-    log: Option<&Path>,
-) -> Result<Vec<Swap>, Failure> {
+pub(super) fn parse_swaps(texts: &[String], assembly: &Assembly, placement: Placement) -> Result<Vec<Swap>, Failure> {
     let mut swaps = Swap::collect(assembly, texts)?;
     if placement == Placement::Single {
         // In one process, the laboratory itself does what the emulators of a scenario would do.
         let is_emulated = |swap: &Swap| matches!(swap.robot(), Some(RobotSwap::Emulated(_)));
         swaps.retain(|swap| !texts.is_empty() || !is_emulated(swap));
     }
-    let logs = swaps.iter().filter_map(Swap::log);
-    logs.zip(std::iter::repeat(log)).try_for_each(|(source, log)| keep_apart(source, log))?;
     Ok(swaps)
 }
 
@@ -168,7 +174,7 @@ fn default_trace(assembly: &Assembly, log: Option<&Path>) -> PathBuf {
     path.with_extension("trace.json")
 }
 
-fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
+fn announce(assembly: &Assembly, options: &Options, place: Option<&LogPlace>) {
     let scenario = &assembly.scenario;
     let timing = scenario.context.timing;
     let processes = match options.placement {
@@ -184,9 +190,28 @@ fn announce(assembly: &Assembly, options: &Options, log: Option<&Path>) {
         timing.duration,
         timing.dt
     );
-    if let Some(path) = log.filter(|path| path.exists()) {
-        eprintln!("replacing the log of an earlier run, {}", path.display());
+    if let Some(place) = place.filter(|place| place.replaces()) {
+        eprintln!("the log replaces that of an earlier run, {}", place.path().display());
     }
+}
+
+/// Takes the place of the log. Without `--out`, a run beside another one takes the next free name.
+fn claim(args: &RunArgs, assembly: &Assembly, inputs: &[PathBuf]) -> Result<LogPlace, Failure> {
+    let usual = args.out.clone().unwrap_or_else(|| default_log(assembly, &args.swap));
+    files::spare(&usual, inputs)?;
+    if args.out.is_some() {
+        return Ok(LogPlace::claim(&usual)?);
+    }
+    let place = LogPlace::claim_free(&usual)?;
+    if place.path() != usual && args.quiet < 2 {
+        eprintln!("another run writes {}; the log of this run is {}", usual.display(), place.path().display());
+    }
+    Ok(place)
+}
+
+/// Files that a run reads: its scenario, and what its swaps name.
+pub(super) fn inputs(scenario: &ScenarioArgs, swaps: &[Swap]) -> Vec<PathBuf> {
+    [PathBuf::from(&scenario.scenario)].into_iter().chain(swaps.iter().flat_map(Swap::inputs)).collect()
 }
 
 /// Ctrl-C, SIGTERM and SIGHUP end the run in order.
@@ -262,8 +287,9 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
             &log.sha256[..16]
         ));
         // Commands are not broken, so that one can copy them.
-        println!("\nNext:\n  phalanx report {path}    # shows it in a browser");
-        println!("  phalanx check {path}     # computes this table again");
+        let word = quoted(&log.path);
+        println!("\nNext:\n  phalanx report {word}    # shows it in a browser");
+        println!("  phalanx check {word}     # computes this table again");
         say("Foxglove, Lichtblick, Rerun and PlotJuggler open the file as it is.".into());
     }
 }

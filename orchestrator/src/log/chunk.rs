@@ -25,12 +25,20 @@ pub(super) struct Chunk {
     times: Option<[u64; 2]>,
     /// Data of all messages, bytes.
     payload: usize,
+    /// Definitions among the records, bytes.
+    defined: usize,
+    /// Records that have been shown already, bytes.
+    shown: usize,
+    /// Smallest and largest time of a message that has not been shown.
+    unshown_times: Option<[u64; 2]>,
 }
 
 impl Chunk {
     /// Appends a definition.
     pub(super) fn define(&mut self, opcode: u8, fields: impl FnOnce(&mut Vec<u8>)) {
+        let start = self.records.len();
         self.records.record(opcode, fields);
+        self.defined += self.records.len() - start;
     }
 
     /// Appends a message with the times of its logging and publication, ns.
@@ -57,8 +65,10 @@ impl Chunk {
             self.index.resize_with(place + 1, Vec::new);
         }
         self.index[place].push((logged, self.records.len() as u64));
-        let [first, last] = self.times.unwrap_or([logged; 2]);
-        self.times = Some([first.min(logged), last.max(logged)]);
+        for times in [&mut self.times, &mut self.unshown_times] {
+            let [first, last] = times.unwrap_or([logged; 2]);
+            *times = Some([first.min(logged), last.max(logged)]);
+        }
         self.payload += length;
         let mut head = [0; MESSAGE_BYTES];
         head[0] = op::MESSAGE;
@@ -80,24 +90,37 @@ impl Chunk {
         self.records.is_empty()
     }
 
-    /// Appends the chunk as a record of an MCAP file, not compressed.
-    pub(super) fn plain(&self, bytes: &mut Vec<u8>) {
-        bytes.reserve(self.records.len() + 128);
+    /// Whether there are messages that have not been shown.
+    pub(super) fn is_behind(&self) -> bool {
+        self.unshown_times.is_some()
+    }
+
+    /// Appends what has not been shown yet to `bytes` as a chunk of an MCAP file, not compressed.
+    pub(super) fn show(&mut self, bytes: &mut Vec<u8>) {
+        let records = &self.records[self.shown..];
+        bytes.reserve(records.len() + 128);
         bytes.record(op::CHUNK, |body| {
-            self.times.unwrap_or_default().iter().for_each(|time| body.put_u64(*time));
-            body.put_u64(self.records.len() as u64);
-            body.put_u32(crc32fast::hash(&self.records));
+            self.unshown_times.unwrap_or_default().iter().for_each(|time| body.put_u64(*time));
+            body.put_u64(records.len() as u64);
+            body.put_u32(crc32fast::hash(records));
             body.put_text("");
-            body.put_u64(self.records.len() as u64);
-            body.extend_from_slice(&self.records);
+            body.put_u64(records.len() as u64);
+            body.extend_from_slice(records);
         });
+        (self.shown, self.unshown_times) = (self.records.len(), None);
+    }
+
+    /// Definitions among the records, bytes.
+    pub(super) fn defined(&self) -> usize {
+        self.defined
     }
 
     /// Forgets everything, keeps the memory.
     pub(super) fn clear(&mut self) {
         self.records.clear();
         self.index.iter_mut().for_each(Vec::clear);
-        (self.times, self.payload) = (None, 0);
+        (self.times, self.unshown_times) = (None, None);
+        (self.payload, self.defined, self.shown) = (0, 0, 0);
     }
 
     /// Number of messages of every channel that has any.
@@ -118,15 +141,17 @@ pub(super) struct Packer {
     packed: Packed,
 }
 
-/// A chunk as it stands in the file, in three pieces.
+/// A chunk as it stands in the file.
 #[derive(Debug, Default)]
 pub(super) struct Packed {
-    /// The chunk record up to its content.
-    pub(super) head: Vec<u8>,
-    /// Its content, compressed.
-    pub(super) content: Vec<u8>,
-    /// The message index records behind it.
-    pub(super) index: Vec<u8>,
+    /// The chunk record, and behind it the message index records.
+    pub(super) bytes: Vec<u8>,
+    /// The compressed content.
+    content: Vec<u8>,
+    /// The message index records.
+    index: Vec<u8>,
+    /// Length of the chunk record, bytes.
+    length: u64,
     /// Where the index of a channel begins within `index`.
     offsets: Vec<(u16, u64)>,
     size: u64,
@@ -140,22 +165,22 @@ impl Packer {
 
     /// Compresses a chunk. The bytes depend on nothing but the chunk.
     pub(super) fn pack(&mut self, chunk: &Chunk) -> io::Result<&Packed> {
-        let Packed { head, content, index, offsets, size, times } = &mut self.packed;
+        let Packed { bytes, content, index, length, offsets, size, times } = &mut self.packed;
         content.clear();
         content.reserve(zstd::zstd_safe::compress_bound(chunk.records.len()));
         self.compressor.compress_to_buffer(&chunk.records, content)?;
         *times = chunk.times.unwrap_or_default();
         *size = chunk.records.len() as u64;
-        head.clear();
-        head.record(op::CHUNK, |body| {
+        bytes.clear();
+        bytes.record(op::CHUNK, |body| {
             times.iter().for_each(|time| body.put_u64(*time));
             body.put_u64(*size);
             body.put_u32(crc32fast::hash(&chunk.records));
             body.put_text("zstd");
             body.put_u64(content.len() as u64);
+            body.extend_from_slice(content);
         });
-        let length = (head.len() - PREFIX_BYTES + content.len()) as u64;
-        head[1..PREFIX_BYTES].copy_from_slice(&length.to_le_bytes());
+        *length = bytes.len() as u64;
         index.clear();
         offsets.clear();
         for (channel, entries) in chunk.index.iter().enumerate().filter(|(_, entries)| !entries.is_empty()) {
@@ -170,6 +195,7 @@ impl Packer {
                 });
             });
         }
+        bytes.extend_from_slice(index);
         Ok(&self.packed)
     }
 }
@@ -177,7 +203,7 @@ impl Packer {
 impl Packed {
     /// Appends the entry of the summary that points to the chunk, whose record begins at `start` of the file.
     pub(super) fn point_to(&self, start: u64, summary: &mut Vec<u8>) {
-        let length = (self.head.len() + self.content.len()) as u64;
+        let length = self.length;
         summary.record(op::CHUNK_INDEX, |body| {
             self.times.iter().for_each(|time| body.put_u64(*time));
             body.put_u64(start);

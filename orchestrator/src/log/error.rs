@@ -14,6 +14,22 @@ pub enum LogError {
         /// What the operating system says.
         source: Arc<io::Error>,
     },
+    /// Another process writes a log there.
+    #[error("cannot write log {}: {writer} is writing it; wait for its end, or name another file with --out", .path.display())]
+    Busy {
+        /// The log.
+        path: PathBuf,
+        /// Which process.
+        writer: String,
+    },
+    /// A log cannot stand there.
+    #[error("cannot write log {}: {what}; name another file", .path.display())]
+    NoPlace {
+        /// Where.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
     /// The file could not be opened or read.
     #[error("cannot read log {}: {source}", .path.display())]
     Read {

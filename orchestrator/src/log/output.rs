@@ -10,6 +10,9 @@ use super::encode::Encode;
 use super::record::{MAGIC, op};
 use super::target::Target;
 
+/// Room for what the end of a file has besides definitions and entries, bytes.
+const FIXED_BYTES: u64 = 1024;
+
 /// Where a log goes.
 pub(super) struct Output<W> {
     file: W,
@@ -17,6 +20,10 @@ pub(super) struct Output<W> {
     /// Checksum of all before the end of the data.
     checksum: crc32fast::Hasher,
     bytes: u64,
+    /// Definitions that are written, bytes; they stand in the summary once more.
+    defined: u64,
+    /// Whether a step is in the file.
+    has_step: bool,
     /// Entries of the summary that point to chunks, attachments and metadata; they grow with the file by about a thousandth.
     chunks: Vec<u8>,
     attachments: Vec<u8>,
@@ -55,6 +62,8 @@ pub(super) struct Closed {
     pub(super) bytes: u64,
     pub(super) messages: u64,
     pub(super) sha256: String,
+    /// Whether the file has its place: one without a step does not replace an earlier one.
+    pub(super) is_published: bool,
 }
 
 impl<W: Target> Output<W> {
@@ -65,6 +74,8 @@ impl<W: Target> Output<W> {
             digest: Sha256::new(),
             checksum: crc32fast::Hasher::new(),
             bytes: 0,
+            defined: 0,
+            has_step: false,
             chunks: Vec::new(),
             attachments: Vec::new(),
             metadata: Vec::new(),
@@ -79,24 +90,34 @@ impl<W: Target> Output<W> {
         Ok(output)
     }
 
-    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.write_all(bytes)?;
+    fn write(&mut self, bytes: &[u8], reserve: u64) -> io::Result<()> {
+        self.file.write(bytes, reserve)?;
         self.digest.update(bytes);
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 
     fn data(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.write(bytes, self.reserve(0))?;
         self.checksum.update(bytes);
-        self.write(bytes)
+        Ok(())
     }
 
-    /// Writes a chunk.
+    /// Room for the end of the file with so many bytes of definitions more: the definitions, the entries that are there and one
+    /// more, and some hundred bytes of fixed size.
+    fn reserve(&self, defined: usize) -> u64 {
+        let entries = self.chunks.len() + self.attachments.len() + self.metadata.len();
+        // What an entry or the statistics say of a channel is shorter than its definition.
+        3 * (self.defined + defined as u64) + entries as u64 + FIXED_BYTES
+    }
+
+    /// Writes a chunk in the place of what was shown of it.
     pub(super) fn chunk(&mut self, chunk: &Chunk, packed: &Packed) -> io::Result<()> {
-        packed.point_to(self.bytes, &mut self.chunks);
-        self.data(&packed.head)?;
-        self.data(&packed.content)?;
-        self.data(&packed.index)?;
+        let start = self.bytes;
+        self.write(&packed.bytes, self.reserve(chunk.defined()))?;
+        self.checksum.update(&packed.bytes);
+        packed.point_to(start, &mut self.chunks);
+        self.defined += chunk.defined() as u64;
         let statistics = &mut self.statistics;
         statistics.chunks += 1;
         for (channel, count) in chunk.counts() {
@@ -105,6 +126,16 @@ impl<W: Target> Output<W> {
         if let Some([first, last]) = chunk.times() {
             let [earliest, latest] = statistics.times.unwrap_or([first, last]);
             statistics.times = Some([earliest.min(first), latest.max(last)]);
+            self.first_step()?;
+        }
+        Ok(())
+    }
+
+    /// A step is in the file.
+    fn first_step(&mut self) -> io::Result<()> {
+        if !self.has_step {
+            self.file.publish(true)?;
+            self.has_step = true;
         }
         Ok(())
     }
@@ -157,14 +188,20 @@ impl<W: Target> Output<W> {
         Ok(())
     }
 
-    /// Shows what is not written yet, encoded, behind what is.
-    pub(super) fn show(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.show(bytes)
+    /// Shows a chunk with messages that is not written yet, and in which there are so many bytes of definitions.
+    pub(super) fn show(&mut self, bytes: &[u8], defined: usize) -> io::Result<()> {
+        self.file.show(bytes, self.reserve(defined))?;
+        self.first_step()
     }
 
-    /// Hands everything to the operating system.
-    pub(super) fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
+    /// Whether definitions are written.
+    pub(super) fn has_definitions(&self) -> bool {
+        self.defined > 0
+    }
+
+    /// Whether anything is shown that is not written.
+    pub(super) fn shows(&self) -> bool {
+        self.file.shows()
     }
 
     /// Writes the summary section and the end.
@@ -204,10 +241,11 @@ impl<W: Target> Output<W> {
         let checksum = crc32fast::hash(&bytes[data_end..]);
         bytes.put_u32(checksum);
         bytes.extend_from_slice(MAGIC);
-        self.write(&bytes)?;
-        self.flush()?;
+        self.write(&bytes, 0)?;
         let sha256 = self.digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Closed { bytes: self.bytes, messages: self.statistics.messages.values().sum(), sha256 })
+        let is_published = self.file.publish(self.has_step)?;
+        let messages = self.statistics.messages.values().sum();
+        Ok(Closed { bytes: self.bytes, messages, sha256, is_published })
     }
 }
 

@@ -22,8 +22,8 @@ pub(super) enum Job {
     Chunk(Chunk),
     Attachment(Attachment),
     Metadata(String, BTreeMap<String, String>),
-    /// What is to be shown until something is written.
-    Show(Vec<u8>),
+    /// A chunk that is to be shown until the next one is written, and the bytes of definitions in it.
+    Show(Vec<u8>, usize),
 }
 
 /// The threads that write one file.
@@ -40,7 +40,10 @@ struct Shared<W> {
     progress: Condvar,
     /// `None` once the file is closed.
     output: Mutex<Option<Output<W>>>,
+    /// Why a job could not be done; no other is done after it.
     failure: OnceLock<Arc<io::Error>>,
+    /// Why something could not be shown; what takes its place may still find room.
+    not_shown: OnceLock<Arc<io::Error>>,
 }
 
 #[derive(Default)]
@@ -70,6 +73,7 @@ impl<W: Target + 'static> Pipeline<W> {
             progress: Condvar::new(),
             output: Mutex::new(Some(output)),
             failure: OnceLock::new(),
+            not_shown: OnceLock::new(),
         });
         let mut pipeline = Self { shared, threads: Vec::new() };
         for number in 1..=THREADS {
@@ -86,13 +90,13 @@ impl<W> Pipeline<W> {
     /// Takes a job over; waits if there are many.
     ///
     /// # Errors
-    /// What went wrong with an earlier one.
+    /// Why an earlier one could not be done.
     pub(super) fn send(&self, job: Job) -> Result<(), Arc<io::Error>> {
         let shared = &*self.shared;
         let is_full = |state: &mut State| state.jobs.len() >= QUEUE && shared.failure.get().is_none();
         let room = shared.progress.wait_while(lock(&shared.state), is_full);
         let mut state = room.unwrap_or_else(PoisonError::into_inner);
-        self.check()?;
+        shared.failure.get().map_or(Ok(()), |failure| Err(failure.clone()))?;
         let number = state.next;
         state.next += 1;
         state.jobs.push_back((number, job));
@@ -112,7 +116,8 @@ impl<W> Pipeline<W> {
 
     /// What went wrong so far.
     pub(super) fn check(&self) -> Result<(), Arc<io::Error>> {
-        self.shared.failure.get().map_or(Ok(()), |failure| Err(failure.clone()))
+        let shared = &*self.shared;
+        shared.failure.get().or(shared.not_shown.get()).map_or(Ok(()), |failure| Err(failure.clone()))
     }
 
     /// Waits until all jobs are done.
@@ -123,12 +128,12 @@ impl<W> Pipeline<W> {
         self.check()
     }
 
-    /// Waits until all jobs are done, ends the threads and gives the output back.
-    pub(super) fn finish(mut self) -> Result<Output<W>, Arc<io::Error>> {
+    /// Waits until all jobs are done, ends the threads and gives the output back, with all that could be written; and why a job
+    /// could not be done.
+    pub(super) fn finish(mut self) -> (Option<Output<W>>, Result<(), Arc<io::Error>>) {
         self.join();
-        self.check()?;
-        let ended_early = || Arc::new(io::Error::other("the writing threads ended early"));
-        lock(&self.shared.output).take().ok_or_else(ended_early)
+        let shared = &*self.shared;
+        (lock(&shared.output).take(), shared.failure.get().map_or(Ok(()), |failure| Err(failure.clone())))
     }
 
     fn join(&mut self) {
@@ -175,7 +180,7 @@ impl<W: Target> Shared<W> {
         while let Some((number, job)) = self.take() {
             let packed = match &job {
                 Job::Chunk(chunk) => packer.pack(chunk).map(Some),
-                Job::Attachment(_) | Job::Metadata(..) | Job::Show(_) => Ok(None),
+                Job::Attachment(_) | Job::Metadata(..) | Job::Show(..) => Ok(None),
             };
             let not_yet = |state: &mut State| state.turn != number && self.failure.get().is_none();
             drop(self.progress.wait_while(lock(&self.state), not_yet));
@@ -184,10 +189,14 @@ impl<W: Target> Shared<W> {
             }
             let written = match lock(&self.output).as_mut() {
                 Some(output) => packed.and_then(|packed| match (&job, packed) {
-                    (Job::Chunk(chunk), Some(packed)) => output.chunk(chunk, packed).and_then(|()| output.flush()),
+                    (Job::Chunk(chunk), Some(packed)) => output.chunk(chunk, packed),
                     (Job::Attachment(attachment), _) => output.attach(attachment),
                     (Job::Metadata(name, metadata), _) => output.metadata(name, metadata),
-                    (Job::Show(bytes), _) => output.show(bytes),
+                    (Job::Show(..), _) if self.not_shown.get().is_some() => Ok(()),
+                    (Job::Show(bytes, defined), _) => {
+                        let _ = output.show(bytes, *defined).map_err(|error| self.not_shown.set(Arc::new(error)));
+                        Ok(())
+                    }
                     (Job::Chunk(_), None) => Ok(()),
                 }),
                 None => Ok(()),
@@ -202,7 +211,7 @@ impl<W: Target> Shared<W> {
                     chunk.clear();
                     state.spare.push(chunk);
                 }
-                Job::Show(mut bytes) => {
+                Job::Show(mut bytes, _) => {
                     bytes.clear();
                     state.buffers.push(bytes);
                 }

@@ -1,12 +1,14 @@
 //! Reading a log back.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lockstep::{HEADER_BYTES, Header, Layout};
 
 use super::header::Headers;
+use super::place::is_being_written;
 use super::record::Record;
 use super::schema::layout_of;
 use super::walk::{Ending, walk};
@@ -83,6 +85,24 @@ impl LogChannel {
     }
 }
 
+/// Why a log has no end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfinished {
+    /// A process is writing it.
+    Growing,
+    /// Its run was killed, or could not write the end.
+    Cut,
+}
+
+impl fmt::Display for Unfinished {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Growing => "not closed yet, since its run goes on",
+            Self::Cut => "cut, since its run was killed or could not write on",
+        })
+    }
+}
+
 /// A recorded run, in memory.
 #[derive(Clone, Debug)]
 pub struct Log {
@@ -144,7 +164,13 @@ impl Log {
         &self.path
     }
 
-    /// Whether the recorder finished the file. If not, the run was killed, and a viewer needs [`recover`](super::recover).
+    /// Why the file has no end; `None` if it has one.
+    pub fn unfinished(&self) -> Option<Unfinished> {
+        let is_growing = || is_being_written(&self.path);
+        (!self.complete).then(|| if is_growing() { Unfinished::Growing } else { Unfinished::Cut })
+    }
+
+    /// Whether the recorder finished the file. If not, its run goes on, or a viewer needs [`recover`](super::recover).
     pub fn is_complete(&self) -> bool {
         self.complete
     }

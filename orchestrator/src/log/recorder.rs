@@ -2,15 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::File;
 use std::io;
 #[cfg(test)]
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use lockstep::{ChannelId, Header, Network, Period, Store};
 
+use super::place::LogPlace;
 use super::ros::{BAG, Lasting, channel_metadata};
 use super::schema::Schemas;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
@@ -22,8 +24,8 @@ pub const DEFAULT_FLUSH_EVERY: u64 = 100;
 /// Payload after which a chunk is closed at the end of its step, bytes.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// What was recorded reaches the file after this time at the latest, as long as the run goes on.
-const SHOW_AFTER: Duration = Duration::from_millis(50);
+/// What was recorded reaches the file after twice this time at the latest, whatever the run does meanwhile.
+const TICK: Duration = Duration::from_millis(25);
 /// Steps that a settled log may lack: those of the open chunk.
 pub(crate) const UNSETTLED: u64 = DEFAULT_FLUSH_EVERY;
 
@@ -51,6 +53,8 @@ pub struct ExtraChannel(u16);
 /// [`Recorder::record`] only copies the samples into a buffer; other threads compress and write. If they or the disk cannot
 /// keep up, the run waits for them. A recorder that is dropped leaves a readable file; only [`Recorder::finish`] says whether
 /// all of it was written.
+///
+/// The file takes its place with its first step, and holds every step 50 ms after it was recorded, also while the next one hangs.
 pub struct Recorder {
     path: PathBuf,
     channels: usize,
@@ -60,21 +64,56 @@ pub struct Recorder {
     last: Option<u64>,
     flush_every: u64,
     extra_channels: usize,
+    open: Arc<Open>,
+    /// The thread that shows what waits.
+    clerk: Option<JoinHandle<()>>,
+}
+
+/// What the step thread shares with the thread that shows what waits.
+struct Open {
     /// There until the file is closed.
-    sink: Option<Sink<Box<dyn Target>>>,
-    /// When the file has last held all that was recorded.
-    shown: Instant,
+    sink: Mutex<Option<Sink<Box<dyn Target>>>>,
+    closed: Condvar,
+}
+
+impl Open {
+    fn lock(&self) -> MutexGuard<'_, Option<Sink<Box<dyn Target>>>> {
+        self.sink.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows what waits, until the file is closed.
+    fn show_late(&self) {
+        let mut sink = self.lock();
+        while let Some(open) = &mut *sink {
+            // What goes wrong is reported at the next step.
+            let _ = open.show_late();
+            sink = self.closed.wait_timeout(sink, TICK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
 }
 
 impl Recorder {
-    /// Starts the log `path`, replacing a file of that name.
+    /// Starts the log `path`, which takes the place of an earlier one with its first step.
     ///
     /// # Errors
-    /// [`LogError::Write`] if the file cannot be created or written, [`LogError::Layout`] if a channel's layout has no ROS 2
-    /// message, [`LogError::TooManyChannels`].
+    /// Those of [`LogPlace::claim`], [`LogError::Write`] if the file cannot be written, [`LogError::Layout`] if a channel's layout has
+    /// no ROS 2 message, [`LogError::TooManyChannels`].
     pub fn create(path: &Path, run: &RunInfo<'_>) -> Result<Self, LogError> {
-        let file = File::create(path).and_then(LogFile::new).map_err(|error| LogError::write(path, error))?;
-        Self::to(Box::new(file), path, run)
+        Self::create_at(&LogPlace::claim(path)?, run)
+    }
+
+    /// The same in a place that is claimed already.
+    ///
+    /// # Errors
+    /// As those of [`create`](Self::create).
+    pub fn create_at(place: &LogPlace, run: &RunInfo<'_>) -> Result<Self, LogError> {
+        let path = place.path();
+        let failed = |error| LogError::write(path, error);
+        let file = LogFile::new(place.clone()).map_err(failed)?;
+        let recorder = Self::to(Box::new(file), path, run)?;
+        // Where no earlier log is, readers may look from the start on.
+        place.publish_where_free().map_err(failed)?;
+        Ok(recorder)
     }
 
     /// The same on any output; `path` is only a name.
@@ -103,6 +142,9 @@ impl Recorder {
             let metadata = channel_metadata(schemas.hash(&name), Lasting::Volatile);
             sink.channel(channel_record(id, schema, &channel.topic, metadata)).map_err(refused)?;
         }
+        let open = Arc::new(Open { sink: Mutex::new(Some(sink)), closed: Condvar::new() });
+        let shared = open.clone();
+        let clerk = thread::Builder::new().name("log show".into()).spawn(move || shared.show_late()).map_err(failed)?;
         Ok(Self {
             path: path.into(),
             channels: run.network.channels.len(),
@@ -111,8 +153,8 @@ impl Recorder {
             last: None,
             flush_every: run.flush_every.max(1),
             extra_channels: 0,
-            sink: Some(sink),
-            shown: Instant::now(),
+            open,
+            clerk: Some(clerk),
         })
     }
 
@@ -123,7 +165,8 @@ impl Recorder {
     /// # Errors
     /// [`LogError::StepOrder`] for another step, [`LogError::Write`] if writing failed since the last call.
     pub fn record(&mut self, step: u64, store: &Store, header: impl Fn(ChannelId) -> Header) -> Result<(), LogError> {
-        let sink = open(&mut self.sink, &self.path)?;
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
         if let Some(expected) = self.last.map(|last| last + 1)
             && step != expected
         {
@@ -133,10 +176,6 @@ impl Recorder {
         // rules that look at nothing but the samples: equal runs, equal bytes.
         if self.last.is_some() && (step.is_multiple_of(self.flush_every) || sink.pending() >= CHUNK_BYTES) {
             sink.flush().map_err(|refusal| refused(&self.path, refusal))?;
-            self.shown = Instant::now();
-        } else if self.shown.elapsed() >= SHOW_AFTER {
-            sink.show().map_err(|refusal| refused(&self.path, refusal))?;
-            self.shown = Instant::now();
         }
         let time = self.period.time_ns(step);
         for index in 0..self.channels {
@@ -160,7 +199,8 @@ impl Recorder {
         schema_text: &str,
         lasting: Lasting,
     ) -> Result<ExtraChannel, LogError> {
-        let sink = open(&mut self.sink, &self.path)?;
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
         let id = u16::try_from(self.channels + self.extra_channels).map_err(|_| LogError::TooManyChannels)?;
         let (schema, new) = self.schemas.of_name(schema_name, schema_text)?;
         self.extra_channels += 1;
@@ -178,7 +218,8 @@ impl Recorder {
     /// # Errors
     /// [`LogError::StepOrder`] for another step, [`LogError::Write`] if writing failed since the last call.
     pub fn write(&mut self, channel: ExtraChannel, step: u64, payload: &[u8]) -> Result<(), LogError> {
-        let sink = open(&mut self.sink, &self.path)?;
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
         let expected = self.last.unwrap_or(0);
         if self.last != Some(step) {
             return Err(LogError::StepOrder { expected, found: step });
@@ -193,8 +234,8 @@ impl Recorder {
     /// # Errors
     /// [`LogError::Write`] if writing failed since the last call.
     pub(crate) fn show(&mut self) -> Result<(), LogError> {
-        let sink = open(&mut self.sink, &self.path)?;
-        self.shown = Instant::now();
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
         sink.show().map_err(|refusal| refused(&self.path, refusal))
     }
 
@@ -203,7 +244,8 @@ impl Recorder {
     /// # Errors
     /// [`LogError::Write`] if writing failed since the last call.
     pub(crate) fn settle(&self) -> Result<(), LogError> {
-        let sink = self.sink.as_ref().ok_or_else(|| closed(&self.path))?;
+        let open = self.open.lock();
+        let sink = open.as_ref().ok_or_else(|| closed(&self.path))?;
         sink.drain().map_err(|source| LogError::Write { path: self.path.clone(), source })
     }
 
@@ -212,23 +254,30 @@ impl Recorder {
     /// # Errors
     /// [`LogError::Write`] if writing failed since the last call.
     pub fn note(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> Result<(), LogError> {
-        let sink = open(&mut self.sink, &self.path)?;
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
         sink.metadata(name, metadata).map_err(|refusal| refused(&self.path, refusal))
     }
 
-    /// Writes the rest and closes the file.
+    /// Writes the rest and closes the file. Returns `None` if no step was recorded and an earlier log stands in the place, which stays.
     ///
     /// # Errors
     /// [`LogError::Write`] if not everything could be written.
-    pub fn finish(mut self) -> Result<Summary, LogError> {
-        open(&mut self.sink, &self.path)?;
+    pub fn finish(mut self) -> Result<Option<Summary>, LogError> {
         self.close().unwrap_or_else(|| Err(closed(&self.path)))
     }
 
     /// `None` if it is closed already.
-    fn close(&mut self) -> Option<Result<Summary, LogError>> {
-        let summary = self.sink.take()?.finish(self.path.clone());
-        Some(summary.map_err(|source| LogError::Write { path: self.path.clone(), source }))
+    fn close(&mut self) -> Option<Result<Option<Summary>, LogError>> {
+        let sink = self.open.lock().take();
+        self.open.closed.notify_all();
+        if let Some(clerk) = self.clerk.take() {
+            // It does nothing that could panic, and is not in the middle of anything: the lock was free.
+            let _ = clerk.join();
+        }
+        let (summary, result) = sink?.finish(self.path.clone());
+        let written = result.map_err(|source| LogError::Write { path: self.path.clone(), source });
+        Some(written.map(|()| summary))
     }
 }
 
@@ -246,7 +295,7 @@ impl Drop for Recorder {
 }
 
 /// The sink, if it is there and all is well with it; what went wrong is reported at every later call, too.
-fn open<'a, W: Target + 'static>(sink: &'a mut Option<Sink<W>>, path: &Path) -> Result<&'a mut Sink<W>, LogError> {
+fn checked<'a, W: Target + 'static>(sink: &'a mut Option<Sink<W>>, path: &Path) -> Result<&'a mut Sink<W>, LogError> {
     let sink = sink.as_mut().ok_or_else(|| closed(path))?;
     sink.check().map_err(|source| LogError::Write { path: path.into(), source })?;
     Ok(sink)

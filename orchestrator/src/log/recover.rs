@@ -1,12 +1,12 @@
 //! Making a finished file out of the log of a killed run.
 
-use std::fs::{File, canonicalize};
 use std::path::Path;
 
 use super::LogError;
+use super::place::{LogPlace, is_same_file};
 use super::record::Record;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
-use super::target::Plain;
+use super::target::LogFile;
 use super::walk::{Ending, walk};
 
 /// What [`recover`] saved.
@@ -30,13 +30,13 @@ pub struct Recovered {
     pub until_ns: Option<u64>,
 }
 
-/// Copies all that is whole in the log `path` into a new file `out`, replacing a file of that name.
+/// Copies all that is whole in the log `path` into a new file `out`, which takes the place of a log of that name when it is done.
 ///
 /// # Errors
-/// [`LogError::SameFile`] if both are one file, [`LogError::Read`] and [`LogError::NotMcap`] for the source,
+/// [`LogError::SameFile`] if both are one file, those of [`LogPlace::claim`], [`LogError::Read`] and [`LogError::NotMcap`] for the source,
 /// [`LogError::Write`] for the result.
 pub fn recover(path: &Path, out: &Path) -> Result<Recovered, LogError> {
-    if matches!((canonicalize(path), canonicalize(out)), (Ok(source), Ok(target)) if source == target) {
+    if is_same_file(path, out) {
         return Err(LogError::SameFile { path: path.into() });
     }
     let mut copy = Copy { path, out, sink: None, channels: 0, attachments: 0, metadata: 0, until_ns: None };
@@ -53,7 +53,12 @@ pub fn recover(path: &Path, out: &Path) -> Result<Recovered, LogError> {
     let was_complete = ending == Ending::Complete;
     let empty = LogError::NotMcap { path: path.into(), what: "it ends within its header" };
     let sink = copy.sink.ok_or(empty)?;
-    let file = sink.finish(out.into()).map_err(|source| LogError::Write { path: out.into(), source })?;
+    let failed = |source| LogError::Write { path: out.into(), source };
+    let (file, written) = sink.finish(out.into());
+    written.map_err(failed)?;
+    let nothing =
+        || LogError::NoPlace { path: out.into(), what: format!("{} holds no step to replace it with", path.display()) };
+    let file = file.ok_or_else(nothing)?;
     let Copy { channels, attachments, metadata, until_ns, .. } = copy;
     Ok(Recovered { file, channels, attachments, metadata, was_complete, damage, lost, until_ns })
 }
@@ -63,7 +68,7 @@ struct Copy<'a> {
     path: &'a Path,
     out: &'a Path,
     /// There from the header on, which says what the new header says.
-    sink: Option<Sink<Plain<File>>>,
+    sink: Option<Sink<LogFile>>,
     channels: u64,
     attachments: u64,
     metadata: u64,
@@ -76,9 +81,9 @@ impl Copy<'_> {
             if self.sink.is_some() {
                 return Err(LogError::damaged(self.path, at, "there is a second header"));
             }
-            let file = File::create(self.out).map_err(|error| LogError::write(self.out, error))?;
-            // Chunks are copied one by one, so there is nothing to flush in between.
-            let sink = Sink::new(Plain(file), profile, library);
+            let place = LogPlace::claim(self.out)?;
+            // Chunks are copied one by one, so there is nothing to show in between.
+            let sink = LogFile::new(place).and_then(|file| Sink::new(file, profile, library));
             self.sink = Some(sink.map_err(|error| LogError::write(self.out, error))?);
             return Ok(());
         }

@@ -65,6 +65,10 @@ impl From<Arc<io::Error>> for Refusal {
 pub(super) struct Sink<W> {
     pipeline: Pipeline<W>,
     chunk: Chunk,
+    /// Number of chunks that are closed.
+    written: u64,
+    /// The number of the open chunk, if it had messages at the last call of [`Sink::show_late`] that were not shown.
+    late: Option<u64>,
     schemas: BTreeMap<u16, SchemaRecord>,
     channels: BTreeMap<u16, ChannelRecord>,
 }
@@ -73,7 +77,8 @@ impl<W: Target + 'static> Sink<W> {
     /// Starts a file on `output`.
     pub(super) fn new(output: W, profile: &str, library: &str) -> io::Result<Self> {
         let pipeline = Pipeline::start(Output::start(output, profile, library)?)?;
-        Ok(Self { pipeline, chunk: Chunk::default(), schemas: BTreeMap::new(), channels: BTreeMap::new() })
+        let (schemas, channels) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { pipeline, chunk: Chunk::default(), written: 0, late: None, schemas, channels })
     }
 
     /// Attaches a file.
@@ -143,17 +148,30 @@ impl<W: Target + 'static> Sink<W> {
             return Ok(());
         }
         let chunk = std::mem::replace(&mut self.chunk, self.pipeline.chunk());
+        self.written += 1;
         Ok(self.pipeline.send(Job::Chunk(chunk))?)
     }
 
-    /// Shows the open chunk to whoever reads the file, until it is written.
-    pub(super) fn show(&self) -> Result<(), Refusal> {
-        if self.chunk.is_empty() {
+    /// Shows what is in the open chunk to readers of the file, until the chunk is written.
+    pub(super) fn show(&mut self) -> Result<(), Refusal> {
+        if !self.chunk.is_behind() {
             return Ok(());
         }
         let mut bytes = self.pipeline.buffer();
-        self.chunk.plain(&mut bytes);
-        Ok(self.pipeline.send(Job::Show(bytes))?)
+        self.chunk.show(&mut bytes);
+        Ok(self.pipeline.send(Job::Show(bytes, self.chunk.defined()))?)
+    }
+
+    /// Shows messages that have been waiting for it since the last call of this function, or longer.
+    pub(super) fn show_late(&mut self) -> Result<(), Refusal> {
+        let waiting = self.chunk.is_behind().then_some(self.written);
+        if waiting.is_some() && waiting == self.late {
+            self.show()?;
+            self.late = None;
+        } else {
+            self.late = waiting;
+        }
+        Ok(())
     }
 
     /// Waits until all chunks that are closed are in the file.
@@ -172,11 +190,13 @@ impl<W: Target + 'static> Sink<W> {
         self.pipeline.check()
     }
 
-    /// Writes the rest and the summary section, and closes the file.
-    pub(super) fn finish(mut self, path: PathBuf) -> Result<Summary, Arc<io::Error>> {
-        if !self.chunk.is_empty() {
-            self.pipeline.send(Job::Chunk(std::mem::take(&mut self.chunk)))?;
-        }
+    /// Writes the rest and the summary section, and closes the file. After an error, the file is closed all the same if there is
+    /// room for it. `None` if there is no file, since it holds no step and an earlier one stands in its place.
+    pub(super) fn finish(mut self, path: PathBuf) -> (Option<Summary>, Result<(), Arc<io::Error>>) {
+        let sent = match self.chunk.is_empty() {
+            true => Ok(()),
+            false => self.pipeline.send(Job::Chunk(std::mem::take(&mut self.chunk))),
+        };
         let mut definitions = Definitions::default();
         definitions.schemas.0 = self.schemas.len() as u16;
         definitions.channels.0 = self.channels.len() as u32;
@@ -186,8 +206,21 @@ impl<W: Target + 'static> Sink<W> {
         for channel in self.channels.values() {
             definitions.channels.1.record(op::CHANNEL, |body| channel.encode(body));
         }
-        let Closed { bytes, messages, sha256 } = self.pipeline.finish()?.finish(&definitions)?;
-        Ok(Summary { path, bytes, messages, sha256 })
+        let (output, result) = self.pipeline.finish();
+        // What is shown after an error could not be written, and stays.
+        let closed = match output.filter(|output| !output.shows()) {
+            // Not even the definitions have found room.
+            Some(output) if !output.has_definitions() => output.finish(&Definitions::default()).map_err(Arc::new),
+            Some(output) => output.finish(&definitions).map_err(Arc::new),
+            None => return (None, sent.and(result)),
+        };
+        match closed {
+            Ok(Closed { is_published: false, .. }) => (None, sent.and(result)),
+            Ok(Closed { bytes, messages, sha256, .. }) => {
+                (Some(Summary { path, bytes, messages, sha256 }), sent.and(result))
+            }
+            Err(error) => (None, sent.and(result).and(Err(error))),
+        }
     }
 }
 

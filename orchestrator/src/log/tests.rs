@@ -3,6 +3,7 @@
 mod cdr;
 mod hostile;
 mod manual;
+mod shown;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -108,7 +109,7 @@ impl Run {
     fn record(&self, path: &Path, steps: u64) -> Summary {
         let mut recorder = Recorder::create(path, &self.info()).unwrap();
         self.drive(&mut recorder, 0..steps).unwrap();
-        recorder.finish().unwrap()
+        recorder.finish().unwrap().unwrap()
     }
 
     /// That the log holds exactly the first `steps` steps.
@@ -197,7 +198,7 @@ fn prepared_messages_stand_among_the_samples() {
     recorder.write(late, 29, &[0, 1, 0, 0, 8]).unwrap();
     run.drive(&mut recorder, 30..40).unwrap();
     assert!(matches!(recorder.write(late, 29, &[]), Err(LogError::StepOrder { expected: 39, found: 29 })));
-    assert_eq!(recorder.finish().unwrap().messages, 82);
+    assert_eq!(recorder.finish().unwrap().unwrap().messages, 82);
     let log = Log::open(&path).unwrap();
     run.check(&log, 40);
     let listed: Vec<_> =

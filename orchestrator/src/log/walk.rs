@@ -13,6 +13,7 @@ use zstd::bulk::Decompressor;
 
 use super::LogError;
 use super::encode::PREFIX_BYTES;
+use super::place::is_written_to;
 use super::record::{Fields, MAGIC, Record, op, parse};
 use super::summary::{Summary, Tally};
 
@@ -40,7 +41,8 @@ pub(super) enum Ending {
 }
 
 /// Gives every record of the data section, chunks unpacked and checked, to `visit` with the place of its outermost record, and
-/// checks what stands behind the data.
+/// checks what stands behind the data. Of a log that is being written, damage at its end is a cut: a reader may look while a chunk
+/// takes the place of another one.
 ///
 /// # Errors
 /// [`LogError::Read`], [`LogError::NotMcap`], [`LogError::Compression`], [`LogError::Damaged`], and what `visit` returns.
@@ -49,11 +51,16 @@ pub(super) fn walk(
     visit: impl FnMut(u64, Record<'_>) -> Result<(), LogError>,
 ) -> Result<Ending, LogError> {
     let file = File::open(path).map_err(|error| LogError::read(path, error))?;
+    let lock = file.try_clone();
     let source = Source { path, file: BufReader::with_capacity(1 << 16, file), position: 0 };
     let decompressor = Decompressor::new().map_err(|error| LogError::read(path, error))?;
     let unpacker = Unpacker { decompressor, content: Vec::new(), total: 0 };
-    Walk { source, record: Vec::new(), checksum: Hasher::new(), tally: Tally::default(), is_own: false, visit }
-        .run(unpacker)
+    let walk =
+        Walk { source, record: Vec::new(), checksum: Hasher::new(), tally: Tally::default(), is_own: false, visit };
+    match walk.run(unpacker) {
+        Err(LogError::Damaged { at, .. }) if lock.is_ok_and(|file| is_written_to(&file)) => Ok(Ending::Cut { at }),
+        result => result,
+    }
 }
 
 /// A walk through one file.

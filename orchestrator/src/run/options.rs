@@ -11,6 +11,7 @@ use super::profile::TRACED_RUNS;
 use super::stress::Stress;
 use super::swap::{RobotSwap, Swap};
 use super::urgency::Urgency;
+use crate::log::LogPlace;
 
 /// How a run is carried out. None of it changes a bit of the samples.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Options {
     pub placement: Placement,
     /// Where the log goes; `None`: nothing is recorded.
     pub log: Option<PathBuf>,
+    /// The place of the log, if the caller has claimed it already.
+    pub place: Option<LogPlace>,
     /// Whether the log shows the scene to viewers, besides the signals.
     pub scene: bool,
     /// Which cores the processes use.
@@ -55,6 +58,7 @@ impl Options {
         Self {
             placement,
             log,
+            place: None,
             scene: true,
             pin: Pin::Auto,
             swaps: Vec::new(),

@@ -1,13 +1,14 @@
 //! Where the time of a run went: as a table, and as a trace that opens in Perfetto.
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{self, BufWriter, Write as _};
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::time::Duration;
 
 use lockstep::Plan;
 use processes::{Gauge, Snapshot};
+
+use crate::files::OutFile;
 
 /// Last runs of every process that go into a trace.
 pub const TRACED_RUNS: u32 = 2000;
@@ -50,7 +51,7 @@ pub fn table(snapshot: &Snapshot, wall: f64) -> String {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_trace(path: &Path, gauge: &Gauge, plan: &Plan) -> io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
+    let mut file = OutFile::create(path)?;
     write!(file, "{{\"displayTimeUnit\":\"ns\",\"traceEvents\":[")?;
     for (worker, plan) in plan.workers.iter().enumerate() {
         let comma = if worker == 0 { "" } else { "," };
@@ -67,5 +68,5 @@ pub fn write_trace(path: &Path, gauge: &Gauge, plan: &Plan) -> io::Result<()> {
         )?;
     }
     writeln!(file, "\n]}}")?;
-    file.flush()
+    file.commit()
 }

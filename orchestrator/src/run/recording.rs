@@ -1,29 +1,24 @@
 //! What goes from a run into its log.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, Network, Period, Status, Store};
 
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, PLAYER, Recorder, RunInfo};
+use crate::log::{DEFAULT_FLUSH_EVERY, LogPlace, PLAYER, Recorder, RunInfo};
 use crate::run::players::Player;
 
-/// Starts the log of a run of the scenario on the channels of `network`, with these `players` in the place of Phalanx, and the
-/// folder that it is in.
+/// Starts the log of a run of the scenario on the channels of `network`, with these `players` in the place of Phalanx.
 ///
 /// # Errors
-/// [`Failure::System`] and [`Failure::Log`].
+/// [`Failure::Log`].
 pub(crate) fn create_log(
-    path: &Path,
+    place: &LogPlace,
     assembly: &Assembly,
     network: &Network,
     players: &[Player],
 ) -> Result<Recorder, Failure> {
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
-    }
     let scenario = &assembly.scenario;
     let text = scenario.to_record();
     // What changes no bit of the result stays out of the log, so that equal results are equal logs.
@@ -44,7 +39,7 @@ pub(crate) fn create_log(
         metadata: &metadata,
         flush_every: DEFAULT_FLUSH_EVERY,
     };
-    let mut recorder = Recorder::create(path, &info)?;
+    let mut recorder = Recorder::create_at(place, &info)?;
     players.iter().try_for_each(|player| recorder.note(PLAYER, &player.to_metadata()))?;
     Ok(recorder)
 }

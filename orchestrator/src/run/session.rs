@@ -22,7 +22,7 @@ use super::robots::{Journal, with_hands};
 use super::scene::Scene;
 use crate::failure::Failure;
 use crate::judge::assertions::{self, Watch};
-use crate::log::Recorder;
+use crate::log::{LogPlace, Recorder};
 
 /// Why a participant of a run that continues keeps its program.
 const NOT_RECORDED: &str = "the run is not recorded, and a new program needs the steps so far: nothing was changed";
@@ -68,8 +68,13 @@ impl<'a> Session<'a> {
         let home = if options.in_one_process() { Home::default() } else { options.pin.take()? };
         let network = with_hands(&assembly.network, &options.swaps);
         // Before the run starts: the thread that compresses must not share the core of the participants.
-        let open = |path: &std::path::PathBuf| create_log(path, assembly, &network, &Player::all(&options.swaps));
-        let mut log = options.log.as_ref().map(open).transpose()?;
+        let place = match (&options.place, &options.log) {
+            (Some(place), _) => Some(place.clone()),
+            (None, Some(path)) => Some(LogPlace::claim(path)?),
+            (None, None) => None,
+        };
+        let open = |place| create_log(place, assembly, &network, &Player::all(&options.swaps));
+        let mut log = place.as_ref().map(open).transpose()?;
         // After it, so that the compression is not urgent.
         options.urgency.claim();
         let mut observers = observers(assembly, options, &network, &mut log)?;
@@ -213,7 +218,7 @@ impl<'a> Session<'a> {
             return Err(error.into());
         }
         self.observers.end(&ending, &mut self.log)?;
-        let log = self.log.map(Recorder::finish).transpose()?;
+        let log = self.log.map(Recorder::finish).transpose()?.flatten();
         self.stop.note_end();
         let mut leftover: Vec<Failure> = ended.result.err().map(Failure::from).into_iter().collect();
         if let (Some(path), Some(plan)) = (&self.options.trace, &ended.plan) {

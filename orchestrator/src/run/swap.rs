@@ -168,6 +168,19 @@ impl Swap {
         }
     }
 
+    /// Files that it reads: the recording, the description of a robot, a program and arguments that are files.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        match &self.player {
+            Player::Log(path) => vec![path.clone()],
+            Player::Robot(RobotSwap::There { file, .. }) => vec![file.clone()],
+            Player::Robot(RobotSwap::Emulated(_)) => Vec::new(),
+            Player::Program { words, folder } => {
+                let folder = folder.as_deref().unwrap_or(Path::new(""));
+                words.iter().map(|word| folder.join(word)).filter(|path| path.is_file()).collect()
+            }
+        }
+    }
+
     /// The folder that its program starts in, if it is not that of the run.
     pub(crate) fn folder(&self) -> Option<&Path> {
         match &self.player {
@@ -303,21 +316,6 @@ pub fn node_called(name: &str, nodes: &[&str]) -> Result<String, String> {
     let hint = nearest(&node, nodes.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
     let list = nodes.join(", ");
     Err(format!("there is no such participant, expected one of {list}{}", hint.unwrap_or_default()))
-}
-
-/// Refuses to write the log of a run over the log that it is played from.
-///
-/// # Errors
-/// [`Failure::Usage`] if both are one file.
-pub fn keep_apart(source: &Path, log: Option<&Path>) -> Result<(), Failure> {
-    let place = |path: &Path| std::fs::canonicalize(path).ok();
-    match log {
-        Some(log) if place(log).is_some() && place(log) == place(source) => Err(Failure::Usage(format!(
-            "{} is to be played, and would be replaced by the log of this run; name another file with --out",
-            source.display()
-        ))),
-        _ => Ok(()),
-    }
 }
 
 /// The command of a process of `program`, which is this one, that plays its participants from `log`, their numbers multiplied

@@ -27,6 +27,16 @@ pub(crate) fn is_ours(terminal: impl AsFd) -> bool {
     }
 }
 
+/// A path as a shell reads it, in quotes if need be.
+pub(crate) fn quoted(path: &std::path::Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "/._-+=:,@%".contains(letter);
+    match !text.is_empty() && text.chars().all(is_plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
 /// Text in lines that are not longer than `columns`, as far as its words are not; what goes on is indented. Its own lines stay.
 pub(crate) fn wrapped(text: &str, columns: Option<usize>) -> String {
     const INDENT: &str = "  ";
@@ -50,6 +60,14 @@ pub(crate) fn wrapped(text: &str, columns: Option<usize>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_shell_reads_a_path_again() {
+        let quoted = |path: &str| quoted(std::path::Path::new(path));
+        assert_eq!(quoted("runs/uav-TSC+plant.mcap"), "runs/uav-TSC+plant.mcap");
+        assert_eq!(quoted("my runs/größe.mcap"), "'my runs/größe.mcap'");
+        assert_eq!(quoted("it's.mcap"), "'it'\\''s.mcap'");
+    }
 
     #[test]
     fn lines_break_between_words() {

@@ -4,12 +4,16 @@
 use std::borrow::Cow;
 use std::fmt::Arguments;
 use std::io::{self, Write};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use processes::console;
 
 /// 128 and the number of SIGPIPE, as a shell reports it of a program that does not ignore that signal.
 const READER_GONE: i32 = 141;
+
+/// The first error of what was printed.
+static UNWRITTEN: OnceLock<io::Error> = OnceLock::new();
 
 /// How long stderr may take no byte at all before it counts as not read.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -40,9 +44,23 @@ pub(crate) fn print(text: Arguments, end: &str) {
     let mut out = io::stdout().lock();
     let text = readable(&text.to_string()).into_owned();
     let printed = out.write_all(text.as_bytes()).and_then(|()| out.write_all(end.as_bytes()));
-    if printed.is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
-        std::process::exit(READER_GONE);
+    note(printed);
+}
+
+/// Ends the program when the reader of what it prints has gone; remembers any other error.
+fn note(printed: io::Result<()>) {
+    match printed {
+        Ok(()) => {}
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(READER_GONE),
+        Err(error) => drop(UNWRITTEN.set(error)),
     }
+}
+
+/// Writes all that was printed; why something could not be.
+pub(crate) fn finish() -> Option<&'static io::Error> {
+    note(io::stdout().flush());
+    settle();
+    UNWRITTEN.get()
 }
 
 /// Prints a message on stderr. If that is closed, nobody can be told, and nothing else changes.
@@ -58,10 +76,7 @@ pub(crate) fn settle() {
 /// What [`draw!`] does.
 pub(crate) fn draw(text: Arguments) {
     let mut out = io::stdout().lock();
-    let printed = out.write_fmt(text);
-    if printed.is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
-        std::process::exit(READER_GONE);
-    }
+    note(out.write_fmt(text));
 }
 
 /// Text from a log, a scenario or elsewhere, as one line that cannot move the cursor, change colours or turn the direction of

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{self, IsTerminal, PipeReader, Read, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -88,11 +88,10 @@ impl Pump {
     pub(super) fn add(&self, worker: usize, name: &str, pipe: PipeReader) -> io::Result<()> {
         let file = match &self.folder {
             Some(folder) => {
-                let mut options = OpenOptions::new();
+                let path = folder.join(format!("{name}.log"));
                 // A child that is started anew goes on in the file of the one before.
-                let first = !self.feeds.lock().iter().any(|feed| feed.worker == worker);
-                options.create(true).write(true).truncate(first).append(!first).mode(0o600);
-                Some(options.open(folder.join(format!("{name}.log")))?)
+                let is_first = !self.feeds.lock().iter().any(|feed| feed.worker == worker);
+                Some(if is_first { console::new_file(&path)? } else { OpenOptions::new().append(true).open(path)? })
             }
             None => None,
         };

@@ -219,7 +219,7 @@ fn a_missing_sample_is_named() {
             message.resize(*bytes, 0);
             sink.message(*channel, *sequence, [*time_ns; 2], &message).unwrap();
         }
-        sink.finish(path.clone()).unwrap();
+        sink.finish(path.clone()).1.unwrap();
         Log::open(&path).map(|log| log.steps()).map_err(|error| error.to_string())
     };
     assert_eq!(write(&[(0, 0, 0, 36), (1, 0, 0, 36), (0, 1, 5, 36), (1, 1, 5, 36)]), Ok(0..2));
@@ -250,7 +250,9 @@ impl Write for Disk {
 fn a_full_disk_is_an_error_with_the_name_of_the_file() {
     let run = Run::new(2, 3);
     let error = Recorder::create(Path::new("/dev/full"), &run.info()).unwrap_err().to_string();
-    assert!(error.contains("/dev/full") && error.contains("No space left"), "{error}");
+    assert!(error.contains("/dev/full: it is a device"), "{error}");
+    let error = Recorder::on(Disk(100), Path::new("run.mcap"), &run.info()).unwrap_err().to_string();
+    assert!(error.contains("cannot write log run.mcap: no storage space"), "{error}");
     // Full after the beginning: a later step says so, and every call after it.
     let mut recorder = Recorder::on(Disk(20_000), Path::new("run.mcap"), &run.info()).unwrap();
     let error = run.drive(&mut recorder, 0..u64::MAX).unwrap_err().to_string();

@@ -43,7 +43,7 @@ fn speed() {
         slowest = slowest.max(start.elapsed().as_secs_f64());
         recording += start.elapsed().as_secs_f64();
     }
-    let summary = recorder.finish().unwrap();
+    let summary = recorder.finish().unwrap().unwrap();
     let writing = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let log = Log::open(&path).unwrap();

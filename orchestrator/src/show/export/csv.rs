@@ -1,9 +1,10 @@
 //! Tables as text.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::Table;
+use crate::files::OutFile;
 use crate::log::Log;
 
 /// The names of all columns: t, step, then `position[0]` and so on.
@@ -48,8 +49,8 @@ pub(crate) fn write_row(
 
 /// Writes a topic, every `every`-th sample of it, as comma-separated values.
 pub(crate) fn write_csv(path: &Path, log: &Log, table: &Table, every: usize) -> io::Result<()> {
-    let mut out = BufWriter::new(std::fs::File::create(path)?);
+    let mut out = OutFile::create(path)?;
     writeln!(out, "{}", header(table, ","))?;
     (0..log.times().len()).step_by(every).try_for_each(|sample| write_row(&mut out, log, table, sample, ","))?;
-    out.flush()
+    out.commit()
 }

@@ -1,10 +1,10 @@
 //! MATLAB files, level 5: what every version since 1996 loads, and Octave and SciPy too.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::Table;
+use crate::files::OutFile;
 use crate::log::Log;
 
 /// Types of the data that an element holds.
@@ -28,7 +28,7 @@ const HEADER_TEXT: usize = 124;
 /// What the operating system says; [`io::ErrorKind::FileTooLarge`] if a signal does not fit the format, which holds 4 GB each.
 pub(crate) fn write_mat(path: &Path, log: &Log, tables: &[Table], every: usize) -> io::Result<()> {
     let samples: Vec<usize> = (0..log.times().len()).step_by(every).collect();
-    let mut out = BufWriter::new(File::create(path)?);
+    let mut out = OutFile::create(path)?;
     let mut text = format!("{:HEADER_TEXT$}", "MATLAB 5.0 MAT-file, written by phalanx").into_bytes();
     text.extend_from_slice(&0x0100_u16.to_le_bytes());
     text.extend_from_slice(b"IM");
@@ -57,7 +57,7 @@ pub(crate) fn write_mat(path: &Path, log: &Log, tables: &[Table], every: usize) 
             matrix(&name, column.series.width(), &|sample, j| column.series.row(sample)[j])?;
         }
     }
-    out.flush()
+    out.commit()
 }
 
 /// Bytes up to the next multiple of 8.

@@ -1,17 +1,17 @@
 //! NumPy archives: a zip file with an array in each member.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::Path;
 
 use super::zip::Archive;
 use super::{Column, Table};
+use crate::files::OutFile;
 use crate::log::Log;
 
 /// Writes `t`, `step` and one array per field, a row for every `every`-th sample.
 pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) -> io::Result<()> {
     let samples: Vec<usize> = (0..log.times().len()).step_by(every).collect();
-    let mut archive = Archive::new(BufWriter::new(File::create(path)?));
+    let mut archive = Archive::new(OutFile::create(path)?);
     // `put(sample)` gives the bytes of a row.
     let mut member = |name: &str, kind: &str, shape: &[usize], put: &dyn Fn(usize, &mut Vec<u8>)| {
         archive.add(&format!("{name}.npy"), &|out| {
@@ -35,7 +35,7 @@ pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) 
             })?;
         }
     }
-    archive.finish()
+    archive.finish()?.commit()
 }
 
 /// What stands before the values of an array, in version 1.0 of the format.

@@ -3,12 +3,12 @@
 //! All columns are required and encoded plainly, so that a page is its values and nothing else. What stands around them is of
 //! the format's version 1, which every reader knows.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::thrift::{Struct, Value};
 use super::{Table, names};
+use crate::files::OutFile;
 use crate::log::Log;
 
 const MAGIC: &[u8] = b"PAR1";
@@ -41,7 +41,7 @@ struct Chunk {
 pub(crate) fn write_parquet(path: &Path, log: &Log, table: &Table, every: usize) -> io::Result<()> {
     let samples: Vec<usize> = (0..log.times().len()).step_by(every).collect();
     let names = names(table);
-    let mut out = Output { file: BufWriter::new(File::create(path)?), at: 0 };
+    let mut out = Output { file: OutFile::create(path)?, at: 0 };
     out.write(MAGIC)?;
     let mut groups = Vec::new();
     for samples in samples.chunks(GROUP_ROWS) {
@@ -68,11 +68,11 @@ pub(crate) fn write_parquet(path: &Path, log: &Log, table: &Table, every: usize)
     out.write(&foot)?;
     out.write(&(foot.len() as u32).to_le_bytes())?;
     out.write(MAGIC)?;
-    out.file.flush()
+    out.file.commit()
 }
 
 struct Output {
-    file: BufWriter<File>,
+    file: OutFile,
     at: u64,
 }
 

@@ -80,7 +80,7 @@ impl<W: Write> Archive<W> {
     }
 
     /// Writes the directory.
-    pub(super) fn finish(mut self) -> io::Result<()> {
+    pub(super) fn finish(mut self) -> io::Result<W> {
         self.out.write_all(&self.directory)?;
         self.out.write_all(&END.to_le_bytes())?;
         self.out.write_all(&[0; 4])?;
@@ -89,7 +89,7 @@ impl<W: Write> Archive<W> {
         self.out.write_all(&(self.directory.len() as u32).to_le_bytes())?;
         self.out.write_all(&self.offset.to_le_bytes())?;
         self.out.write_all(&[0; 2])?;
-        self.out.flush()
+        Ok(self.out)
     }
 }
 

@@ -8,6 +8,7 @@ use kuva::render::render::Scene;
 
 use super::{WIDTH, pdf, pixels};
 use crate::failure::Failure;
+use crate::files;
 use crate::show::figures::FigureFormat;
 
 /// Inches of a unit: one column of a journal is 3.5 inches wide.
@@ -30,7 +31,7 @@ pub(super) fn store(folder: &Path, name: &str, mut scene: Scene, format: FigureF
         FigureFormat::Pdf => ("pdf", pdf::render(&scene)),
     };
     let path = folder.join(format!("{name}.{ending}"));
-    let done = bytes.map_err(std::io::Error::other).and_then(|bytes| std::fs::write(&path, bytes));
+    let done = bytes.map_err(std::io::Error::other).and_then(|bytes| files::write(&path, bytes));
     done.map_err(Failure::system(format!("write the figure {}", path.display())))?;
     Ok(path)
 }

@@ -48,8 +48,8 @@ impl Subject {
         let verdict = scenario.as_ref().and_then(|scenario| {
             Verdict::of(catalog, scenario, &log).map_err(|error| caveats.push(error.to_string())).ok()
         });
-        if !log.is_complete() {
-            caveats.push("The run was killed; the log ends where its last complete block ended.".into());
+        if let Some(why) = log.unfinished() {
+            caveats.push(format!("The log is {why}; it ends where its last complete block ended."));
         } else if let Some(scenario) = &scenario {
             let (found, planned) = (log.times().len() as u64, scenario.context.timing.periods() + 1);
             if found < planned {

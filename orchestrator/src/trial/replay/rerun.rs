@@ -9,7 +9,7 @@ use processes::RunError;
 use super::Departures;
 use super::duet::{Duet, Setup};
 use crate::failure::Failure;
-use crate::log::{Recorder, Summary};
+use crate::log::{LogPlace, Recorder, Summary};
 use crate::recorded::Tape;
 use crate::run::control::{Pace, Stop, TooLate};
 use crate::run::engine::warn_of_leftovers;
@@ -45,7 +45,8 @@ pub fn rerun(
     let assembly = setup.assembly;
     let (network, timing) = (setup.network, assembly.scenario.context.timing);
     let mut tape = Tape::open(setup.log, &assembly.scenario, network, &[setup.only])?;
-    let mut recorder = out.map(|(path, players)| create_log(path, assembly, network, players)).transpose()?;
+    let mut recorder =
+        out.map(|(path, players)| create_log(&LogPlace::claim(path)?, assembly, network, players)).transpose()?;
     if !tape.wind(0)? {
         return Err(tape.over(0).into());
     }
@@ -85,7 +86,7 @@ pub fn rerun(
         }
     }
     warn_of_leftovers(conductor.finish())?;
-    let log = recorder.map(Recorder::finish).transpose()?;
+    let log = recorder.map(Recorder::finish).transpose()?.flatten();
     too_late.map_or(Ok(()), Err)?;
     Ok(Outcome { departures, log, stopped })
 }

@@ -1,0 +1,431 @@
+//! The place of a log: which file it becomes, and that no other run writes it meanwhile.
+//!
+//! Where an earlier log stands, a log grows under a temporary name beside its own and takes its own name with its first step. So the log of an earlier run is
+//! there until there is something to replace it with, and a reader sees either the old one or the new one. Both names are locked
+//! as long as the run goes on; the kernel removes the lock when the process ends, however that happens.
+
+use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Read};
+use std::os::fd::AsFd;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
+use rustix::fs::{OFlags, RenameFlags};
+use rustix::io::Errno;
+
+use super::LogError;
+use super::record::MAGIC;
+
+/// Links that are followed to the file of a log; the kernel follows as many.
+const LINKS_MAX: usize = 40;
+/// Length of a file name to which a prefix and an ending can still be added, bytes.
+const NAME_MAX: usize = 240;
+/// Names that are tried for a log without a name of its own.
+const NAMES_MAX: u32 = 10_000;
+/// How often the temporary name is tried again after another run has given it up.
+const ATTEMPTS: usize = 100;
+
+/// The place of a log that this process writes. No other process writes there as long as a clone of this value, or a recorder that
+/// was started on it, is there.
+#[derive(Clone, Debug)]
+pub struct LogPlace(Arc<Claim>);
+
+#[derive(Debug)]
+struct Claim {
+    /// As the user knows it.
+    path: PathBuf,
+    /// The file that it means, links followed.
+    target: PathBuf,
+    /// Where the log grows until its first step is in it.
+    draft: PathBuf,
+    /// The file, locked.
+    file: File,
+    /// Whether the file has its own name.
+    published: AtomicBool,
+}
+
+impl LogPlace {
+    /// Takes the place `path` for a log, and creates the folder that it is in. What stands there stays until the log has its first
+    /// step.
+    ///
+    /// # Errors
+    /// [`LogError::Busy`] if another process writes a log there, [`LogError::NoPlace`] if a log cannot stand there,
+    /// [`LogError::Write`] if the operating system refuses.
+    pub fn claim(path: &Path) -> Result<Self, LogError> {
+        let failed = |error| LogError::write(path, error);
+        let target = follow(path).map_err(failed)?;
+        inspect(path, &target)?;
+        let name = target.file_name().ok_or_else(|| no_place(path, "it names a folder"))?;
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        fs::create_dir_all(folder).map_err(failed)?;
+        let draft = folder.join(draft_name(name));
+        let file = lock_draft(path, &draft)?;
+        let claim = Claim { path: path.into(), target, draft, file, published: AtomicBool::new(false) };
+        // After the temporary name is locked: a run that writes here holds one of both names at every moment.
+        inspect(path, &claim.target)?;
+        claim.file.set_len(0).map_err(failed)?;
+        Ok(Self(Arc::new(claim)))
+    }
+
+    /// The same, or the next free name if another run writes there: `uav-2.mcap`, `uav-3.mcap`.
+    ///
+    /// # Errors
+    /// As those of [`claim`](Self::claim).
+    pub fn claim_free(path: &Path) -> Result<Self, LogError> {
+        let mut busy = match Self::claim(path) {
+            Err(error @ LogError::Busy { .. }) => error,
+            result => return result,
+        };
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = path.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
+        for number in 2..NAMES_MAX {
+            let next = path.with_file_name(format!("{stem}-{number}{ending}"));
+            if next.symlink_metadata().is_ok() {
+                continue;
+            }
+            match Self::claim(&next) {
+                Err(error @ LogError::Busy { .. }) => busy = error,
+                result => return result,
+            }
+        }
+        Err(busy)
+    }
+
+    /// Where the log will be.
+    pub fn path(&self) -> &Path {
+        &self.0.path
+    }
+
+    /// Whether the log has replaced what stood in its place before.
+    pub fn is_published(&self) -> bool {
+        self.0.published.load(SeqCst)
+    }
+
+    /// Whether another file stands in the place, which the log will replace.
+    pub fn replaces(&self) -> bool {
+        !self.is_published() && self.0.target.exists()
+    }
+
+    /// The file to write to.
+    pub(super) fn file(&self) -> io::Result<File> {
+        self.0.file.try_clone()
+    }
+
+    /// Gives the log its own name.
+    pub(super) fn publish(&self) -> io::Result<()> {
+        if !self.is_published() {
+            fs::rename(&self.0.draft, &self.0.target)?;
+            self.0.published.store(true, SeqCst);
+        }
+        Ok(())
+    }
+
+    /// Gives the log its own name if there is no other file of that name; whether it has it then.
+    pub(super) fn publish_where_free(&self) -> io::Result<bool> {
+        let (here, claim) = (rustix::fs::CWD, &*self.0);
+        if self.is_published() {
+            return Ok(true);
+        }
+        match rustix::fs::renameat_with(here, &claim.draft, here, &claim.target, RenameFlags::NOREPLACE) {
+            Ok(()) => {
+                claim.published.store(true, SeqCst);
+                Ok(true)
+            }
+            Err(Errno::EXIST) => Ok(false),
+            // A file system without this flag.
+            Err(Errno::INVAL) if !claim.target.exists() => self.publish().map(|()| true),
+            Err(Errno::INVAL) => Ok(false),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        if !self.published.load(SeqCst) {
+            // Before the lock goes, so that the name cannot be that of another run. If it stays, the next run takes it over.
+            let _ = fs::remove_file(&self.draft);
+        }
+    }
+}
+
+/// Whether two paths mean one file, by link or hard link, too; `false` if one of both is not there.
+pub fn is_same_file(one: &Path, other: &Path) -> bool {
+    matches!((fs::metadata(one), fs::metadata(other)), (Ok(one), Ok(other)) if is_same(&one, &other))
+}
+
+/// Whether a process is writing the log `path`.
+pub(crate) fn is_being_written(path: &Path) -> bool {
+    File::open(path).is_ok_and(|file| is_written_to(&file))
+}
+
+/// Whether a process is writing the log `file`.
+pub(super) fn is_written_to(file: &File) -> bool {
+    match file.try_lock_shared() {
+        Ok(()) => {
+            let _ = file.unlock();
+            false
+        }
+        Err(TryLockError::WouldBlock) => true,
+        // A file system without locks.
+        Err(TryLockError::Error(_)) => false,
+    }
+}
+
+/// The path without links at its end; what it means does not have to be there.
+pub(crate) fn follow(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS_MAX {
+        let Ok(next) = fs::read_link(&path) else { return Ok(path) };
+        let next = path.parent().unwrap_or(Path::new("")).join(next);
+        // Links of /proc lead to open files that may have no name.
+        if next.symlink_metadata().is_err() && path.metadata().is_ok() {
+            return Ok(path);
+        }
+        path = next;
+    }
+    Err(Errno::LOOP.into())
+}
+
+/// `.uav.mcap.part` for `uav.mcap`.
+fn draft_name(name: &std::ffi::OsStr) -> std::ffi::OsString {
+    let mut draft = std::ffi::OsString::from(".");
+    match name.len() <= NAME_MAX {
+        true => draft.push(name),
+        false => draft.push(format!("phalanx-{:08x}", crc32fast::hash(name.as_bytes()))),
+    }
+    draft.push(".part");
+    draft
+}
+
+/// Opens and locks the temporary file.
+fn lock_draft(path: &Path, draft: &Path) -> Result<File, LogError> {
+    let failed = |error| LogError::write(path, error);
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    for _ in 0..ATTEMPTS {
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false).custom_flags(flags.bits() as i32);
+        let file = options.open(draft).map_err(failed)?;
+        if !file.metadata().map_err(failed)?.is_file() {
+            return Err(no_place(path, format!("{} is in the way", draft.display())));
+        }
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(busy(path, &file)),
+            // A file system without locks: runs can only be kept apart by their names there.
+            Err(TryLockError::Error(_)) => {}
+        }
+        // In between, its holder may have given it its own name, or removed it.
+        let is_there = |found: Metadata| file.metadata().is_ok_and(|own| is_same(&own, &found));
+        if draft.symlink_metadata().is_ok_and(is_there) {
+            return Ok(file);
+        }
+    }
+    Err(failed(io::Error::from(ErrorKind::ResourceBusy)))
+}
+
+/// Refuses places where a log would destroy something else, or could not be read back.
+fn inspect(path: &Path, target: &Path) -> Result<(), LogError> {
+    let found = match target.metadata() {
+        Ok(found) => found,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(LogError::write(path, error)),
+    };
+    let kind = found.file_type();
+    let what = match () {
+        () if kind.is_dir() => "it is a folder",
+        () if kind.is_fifo() => "it is a FIFO, and a log is read back at the end of its run",
+        () if kind.is_char_device() || kind.is_block_device() => {
+            "it is a device, and a log is read back at the end of its run"
+        }
+        () if !kind.is_file() => "it is no regular file",
+        () if is_a_stream(&found) => "what the program prints goes there",
+        () => "",
+    };
+    if !what.is_empty() {
+        return Err(no_place(path, what));
+    }
+    // Not to write into it, but a file that the user has protected is not replaced.
+    let opened = OpenOptions::new().read(true).write(true).open(target);
+    let mut file = opened.map_err(|error| LogError::write(path, error))?;
+    if is_written_to(&file) {
+        return Err(busy(path, &file));
+    }
+    let is_log = starts_as_log(&mut file).map_err(|error| LogError::write(path, error))?;
+    match is_log || found.len() == 0 {
+        true => Ok(()),
+        false => Err(no_place(path, "it is a file of another kind, which would be lost")),
+    }
+}
+
+/// Whether a file begins with the magic bytes of a log.
+pub(crate) fn starts_as_log(file: &mut impl Read) -> io::Result<bool> {
+    let mut start = [0; MAGIC.len()];
+    match file.read_exact(&mut start) {
+        Ok(()) => Ok(start == MAGIC),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Whether it is where this program prints to.
+fn is_a_stream(found: &Metadata) -> bool {
+    let (stdout, stderr) = (io::stdout(), io::stderr());
+    let is_it = |stream: rustix::fd::BorrowedFd| {
+        rustix::fs::fstat(stream).is_ok_and(|own| (own.st_dev, own.st_ino) == (found.dev(), found.ino()))
+    };
+    is_it(stdout.as_fd()) || is_it(stderr.as_fd())
+}
+
+fn is_same(one: &Metadata, other: &Metadata) -> bool {
+    (one.dev(), one.ino()) == (other.dev(), other.ino())
+}
+
+fn no_place(path: &Path, what: impl Into<String>) -> LogError {
+    LogError::NoPlace { path: path.into(), what: what.into() }
+}
+
+fn busy(path: &Path, file: &File) -> LogError {
+    LogError::Busy { path: path.into(), writer: writer_of(file).unwrap_or_else(|| "another process".into()) }
+}
+
+/// Which process holds the lock of a file, in words: `process 4711 (phalanx run uav)`. `None` if the kernel does not tell, as in
+/// another process namespace.
+fn writer_of(file: &File) -> Option<String> {
+    let found = file.metadata().ok()?;
+    let (major, minor) = (rustix::fs::major(found.dev()), rustix::fs::minor(found.dev()));
+    let place = format!("{major:02x}:{minor:02x}:{}", found.ino());
+    let locks = fs::read_to_string("/proc/locks").ok()?;
+    // 1: FLOCK  ADVISORY  WRITE 4711 00:1c:4242 0 EOF
+    let of_line = |line: &str| {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let is_it = fields.contains(&"FLOCK") && fields.contains(&"WRITE") && fields.contains(&place.as_str());
+        is_it.then(|| fields.get(4)?.parse::<u32>().ok()).flatten().filter(|&process| process > 0)
+    };
+    let process = locks.lines().find_map(of_line)?;
+    let command = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+    let words: Vec<_> = command.split(|&byte| byte == 0).filter(|word| !word.is_empty()).collect();
+    let mut words = words.into_iter().map(|word| String::from_utf8_lossy(word));
+    let program = words.next().map(|word| word.rsplit('/').next().unwrap_or_default().to_string());
+    let command: Vec<String> = program.into_iter().chain(words.map(|word| word.into_owned())).collect();
+    Some(match command.is_empty() {
+        true => format!("process {process}"),
+        false => format!("process {process} ({})", command.join(" ")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder that goes away with the test.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("phalanx-place-{name}-{}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+
+        fn names(&self) -> Vec<String> {
+            let names = fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+            let mut names: Vec<String> = names.collect();
+            names.sort();
+            names
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn one_process_writes_a_log_at_a_time() {
+        let folder = Folder::new("one");
+        let path = folder.0.join("run.mcap");
+        let first = LogPlace::claim(&path).unwrap();
+        let refused = |path: &Path| match LogPlace::claim(path) {
+            Err(LogError::Busy { writer, .. }) => writer,
+            other => panic!("{other:?}"),
+        };
+        assert!(refused(&path).contains(&format!("process {}", std::process::id())));
+        first.publish().unwrap();
+        assert_eq!((folder.names(), first.is_published()), (vec!["run.mcap".into()], true));
+        assert!(refused(&path).starts_with("process"));
+        std::os::unix::fs::symlink(&path, folder.0.join("link.mcap")).unwrap();
+        refused(&folder.0.join("link.mcap"));
+        let second = LogPlace::claim_free(&path).unwrap();
+        let third = LogPlace::claim_free(&path).unwrap();
+        assert_eq!([second.path(), third.path()], ["run-2.mcap", "run-3.mcap"].map(|name| folder.0.join(name)));
+        drop(first);
+        assert!(LogPlace::claim(&path).unwrap().replaces());
+        drop((second, third));
+        assert_eq!(folder.names(), ["link.mcap", "run.mcap"], "what was not published leaves nothing");
+    }
+
+    #[test]
+    fn an_earlier_file_stays_until_there_is_something_to_replace_it() {
+        let folder = Folder::new("earlier");
+        let path = folder.0.join("run.mcap");
+        fs::write(&path, MAGIC).unwrap();
+        let place = LogPlace::claim(&path).unwrap();
+        assert!(place.replaces() && fs::read(&path).unwrap() == MAGIC);
+        drop(place);
+        assert_eq!((fs::read(&path).unwrap(), folder.names()), (MAGIC.to_vec(), vec!["run.mcap".into()]));
+        let place = LogPlace::claim(&path).unwrap();
+        assert!(!place.publish_where_free().unwrap() && fs::read(&path).unwrap() == MAGIC);
+        let free = LogPlace::claim(&folder.0.join("free.mcap")).unwrap();
+        assert!(free.publish_where_free().unwrap() && free.is_published() && free.path().exists());
+        place.publish().unwrap();
+        assert_eq!((fs::read(&path).unwrap().len(), place.replaces()), (0, false));
+    }
+
+    #[test]
+    fn a_log_replaces_nothing_but_logs() {
+        let folder = Folder::new("foreign");
+        let make = |name: &str, text: &str| {
+            let path = folder.0.join(name);
+            fs::write(&path, text).unwrap();
+            path
+        };
+        let refusal = |path: &Path| match LogPlace::claim(path) {
+            Err(LogError::NoPlace { what, .. }) => what,
+            other => panic!("{other:?}"),
+        };
+        assert!(refusal(&make("scenario.toml", "name = \"a\"\n")).contains("another kind"));
+        assert!(refusal(&make("short", "a")).contains("another kind"));
+        LogPlace::claim(&make("empty.mcap", "")).unwrap();
+        assert!(refusal(&folder.0).contains("folder"));
+        assert!(refusal(Path::new("/dev/full")).contains("device"));
+        let fifo = folder.0.join("fifo");
+        rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
+        assert!(refusal(&fifo).contains("FIFO"));
+        let protected = make("protected.mcap", "");
+        fs::set_permissions(&protected, std::os::unix::fs::PermissionsExt::from_mode(0o400)).unwrap();
+        if !rustix::process::geteuid().is_root() {
+            assert!(matches!(LogPlace::claim(&protected), Err(LogError::Write { .. })));
+        }
+        std::os::unix::fs::symlink("loop", folder.0.join("loop")).unwrap();
+        assert!(matches!(LogPlace::claim(&folder.0.join("loop")), Err(LogError::Write { .. })));
+        let left: Vec<String> = folder.names().into_iter().filter(|name| name.ends_with(".part")).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+
+    #[test]
+    fn a_long_name_has_a_temporary_one() {
+        let folder = Folder::new("long");
+        let path = folder.0.join(format!("{}.mcap", "n".repeat(245)));
+        let place = LogPlace::claim(&path).unwrap();
+        place.publish().unwrap();
+        assert_eq!(folder.names().len(), 1);
+    }
+}
