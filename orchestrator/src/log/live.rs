@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use lockstep::{Header, Network};
 
 use super::Log;
+use super::numbers::Numbers;
 use super::reader::LogChannel;
 
 impl Log {
@@ -18,7 +19,7 @@ impl Log {
             agent: channel.agent,
             layout: Some(channel.layout.clone()),
             kept: None,
-            data: Vec::new(),
+            data: Numbers::default(),
         };
         Self {
             path: PathBuf::from(name),
@@ -35,8 +36,8 @@ impl Log {
     /// Adds the samples of a step at `time_ns`, one of each channel in their order.
     pub fn push<'a>(&mut self, time_ns: u64, samples: impl Iterator<Item = (&'a Header, &'a [f64])>) {
         for (channel, (header, words)) in self.channels.iter_mut().zip(samples) {
-            channel.data.extend_from_slice(&[header.step as f64, f64::from(header.status)]);
-            channel.data.extend_from_slice(words);
+            let header = [header.step as f64, f64::from(header.status)];
+            channel.data.extend(header.iter().chain(words).copied());
             channel.messages += 1;
         }
         self.times.push(time_ns);
@@ -49,7 +50,7 @@ impl Log {
         for channel in &mut self.channels {
             let stride = channel.stride();
             let rows = channel.data.chunks_exact(stride).enumerate().filter(|(row, _)| keep(*row));
-            channel.data = rows.flat_map(|(_, sample)| sample).copied().collect();
+            channel.data = rows.flat_map(|(_, sample)| sample).copied().collect::<Vec<_>>().into();
         }
         let times = self.times.iter().enumerate().filter(|(row, _)| keep(*row));
         self.times = times.map(|(_, time)| *time).collect();
@@ -57,7 +58,7 @@ impl Log {
 
     /// Forgets all steps.
     pub fn clear(&mut self) {
-        self.channels.iter_mut().for_each(|channel| channel.data.clear());
+        self.channels.iter_mut().for_each(|channel| channel.data.truncate(0));
         self.times.clear();
     }
 

@@ -16,6 +16,7 @@ mod encode;
 mod error;
 mod header;
 mod live;
+mod numbers;
 mod output;
 mod past;
 mod pipeline;

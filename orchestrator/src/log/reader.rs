@@ -8,9 +8,11 @@ use std::path::{Path, PathBuf};
 use lockstep::{HEADER_BYTES, Header, Layout};
 
 use super::header::Headers;
+use super::numbers::Numbers;
 use super::place::is_being_written;
 use super::record::Record;
 use super::schema::layout_of;
+use super::summary::claimed_messages;
 use super::walk::{Ending, walk};
 use super::{ENCAPSULATION, LogError, METADATA, PLAYER, SCENARIO, Series};
 
@@ -33,7 +35,7 @@ pub struct LogChannel {
     /// Which numbers of a sample (its step, its status, its words) are in memory, ascending; `None`: all.
     pub(super) kept: Option<Vec<usize>>,
     /// The numbers of each sample that are in memory, one after the other.
-    pub(super) data: Vec<f64>,
+    pub(super) data: Numbers,
 }
 
 impl LogChannel {
@@ -211,7 +213,7 @@ impl Log {
         let channel = self.channels.iter().find(|channel| channel.topic == topic)?;
         let words = channel.layout.as_ref()?.words();
         // Of a log of which only some fields were read, there are no whole samples.
-        channel.kept.is_none().then(|| Series::new(&channel.data, channel.stride(), HEADER_WORDS, words))
+        channel.kept.is_none().then(|| Series::of(&channel.data, channel.stride(), HEADER_WORDS, words))
     }
 
     /// The values of `field` on `topic` at all steps; `None` if there is no such signal.
@@ -221,7 +223,7 @@ impl Log {
     pub fn signal(&self, topic: &str, field: &str) -> Option<Series<'_>> {
         let channel = self.channels.iter().find(|channel| channel.topic == topic && channel.layout.is_some())?;
         let (number, width) = channel.numbers_of(field)?;
-        Some(Series::new(&channel.data, channel.stride(), channel.place(number)?, width))
+        Some(Series::of(&channel.data, channel.stride(), channel.place(number)?, width))
     }
 
     /// Whether `topic` has `field`, in memory or not.
@@ -240,6 +242,8 @@ struct Reader<'k> {
     is_full: bool,
     /// What the headers of each channel said so far, and how many there were.
     seen: Vec<(Headers, usize)>,
+    /// Whether a message has been read.
+    has_samples: bool,
     /// Name and, if it is one of ours, layout by number.
     schemas: BTreeMap<u16, (String, Option<Layout>)>,
     /// Index of a channel by its number in the file; a table, as every message asks.
@@ -259,7 +263,7 @@ impl<'k> Reader<'k> {
             times: Vec::new(),
         };
         let (schemas, index, seen) = (BTreeMap::new(), Vec::new(), Vec::new());
-        Self { log, keep, limit, is_full: false, seen, schemas, index }
+        Self { log, keep, limit, is_full: false, seen, has_samples: false, schemas, index }
     }
 
     fn take(&mut self, at: u64, record: Record<'_>) -> Result<(), LogError> {
@@ -268,6 +272,10 @@ impl<'k> Reader<'k> {
                 let known = self.index.get(usize::from(channel)).copied().flatten();
                 let damaged = || LogError::damaged(&self.log.path, at, "a message belongs to no channel");
                 let known = known.ok_or_else(damaged)?;
+                if !self.has_samples {
+                    self.has_samples = true;
+                    self.make_room();
+                }
                 self.message(known, sequence, log_time, data)?;
             }
             Record::Schema { id, name, encoding, text } => {
@@ -304,12 +312,33 @@ impl<'k> Reader<'k> {
         }
         self.index[place] = Some(self.log.channels.len());
         let topic = topic.into();
-        let (kept, data) = (None, Vec::new());
+        let (kept, data) = (None, Numbers::default());
         let mut channel = LogChannel { topic, schema, messages: 0, agent: 0, layout, kept, data };
         channel.keep(self.keep);
         self.seen.push((Headers::of(&channel.topic), 0));
         self.log.channels.push(channel);
         Ok(())
+    }
+
+    /// Takes room for all numbers of a long log in a file, before its first message.
+    fn make_room(&mut self) {
+        if self.limit.is_some() {
+            return;
+        }
+        let Some(claimed) = claimed_messages(&self.log.path) else { return };
+        let mut capacities = vec![0_u64; self.log.channels.len()];
+        for (id, index) in self.index.iter().enumerate() {
+            let (Some(index), Some(&messages)) = (*index, u16::try_from(id).ok().and_then(|id| claimed.get(&id)))
+            else {
+                continue;
+            };
+            let channel = &self.log.channels[index];
+            let numbers = channel.layout.as_ref().map_or(0, |_| channel.stride() as u64);
+            capacities[index] = messages.saturating_mul(numbers);
+        }
+        if let Some(lists) = Numbers::for_log(&self.log.path, &capacities) {
+            self.log.channels.iter_mut().zip(lists).for_each(|(channel, list)| channel.data = list);
+        }
     }
 
     fn finish(self, ending: Ending) -> Result<Log, LogError> {
@@ -328,7 +357,6 @@ impl<'k> Reader<'k> {
         log.times.truncate(shortest);
         for channel in &mut log.channels {
             channel.data.truncate(shortest * channel.stride());
-            channel.data.shrink_to_fit();
         }
         Ok(log)
     }
@@ -382,8 +410,8 @@ impl Reader<'_> {
         match &channel.kept {
             Some(kept) => channel.data.extend(kept.iter().map(|kept| number(*kept))),
             None => {
-                channel.data.extend_from_slice(&[number(0), number(1)]);
-                channel.data.extend(words.iter().map(|word| f64::from_le_bytes(*word)));
+                let words = words.iter().map(|word| f64::from_le_bytes(*word));
+                channel.data.extend([number(0), number(1)].into_iter().chain(words));
             }
         }
         Ok(())

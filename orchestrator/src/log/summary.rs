@@ -2,8 +2,52 @@
 //! readers that do not read a file from front to end believe it.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
 
-use super::record::{Fields, op};
+use super::encode::PREFIX_BYTES;
+use super::record::{Fields, MAGIC, op};
+
+/// Largest summary that is read for the number of messages, bytes.
+const SUMMARY_MAX: u64 = 64 << 20;
+/// What stands at the end of a file, bytes: footer and magic.
+const END_BYTES: usize = PREFIX_BYTES + 20 + MAGIC.len();
+
+/// How many messages every channel has, as far as the summary of the log `path` says it: the data may say something else. `None` if
+/// there is no summary that could be read.
+pub(super) fn claimed_messages(path: &Path) -> Option<BTreeMap<u16, u64>> {
+    let file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    let mut end = [0; END_BYTES];
+    let end_start = length.checked_sub(END_BYTES as u64)?;
+    file.read_exact_at(&mut end, end_start).ok()?;
+    if !end.ends_with(MAGIC) || end[0] != op::FOOTER {
+        return None;
+    }
+    let start = Fields(&end[PREFIX_BYTES..]).u64()?;
+    let bytes = end_start.checked_sub(start).filter(|bytes| *bytes <= SUMMARY_MAX)?;
+    let mut summary = vec![0; usize::try_from(bytes).ok()?];
+    file.read_exact_at(&mut summary, start).ok()?;
+    let mut rest = Fields(&summary);
+    while !rest.0.is_empty() {
+        let (opcode, length) = (rest.bytes(1)?[0], rest.u64()?);
+        let body = rest.bytes(length)?;
+        if opcode == op::STATISTICS {
+            let mut fields = Fields(body);
+            // Totals, and the times of the first and the last message.
+            fields.bytes(8 + 2 + 4 + 4 + 4 + 4 + 8 + 8)?;
+            let mut list = fields.u32()? / 10;
+            let mut messages = BTreeMap::new();
+            while list > 0 {
+                messages.insert(fields.u16()?, fields.u64()?);
+                list -= 1;
+            }
+            return Some(messages);
+        }
+    }
+    None
+}
 
 /// What the data of a file hold, as far as its summary speaks of it.
 #[derive(Debug, Default)]
