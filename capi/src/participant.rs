@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use formation::scenario::Graph;
 use formation::wiring::{Interface, Role, Station, load_scenario};
-use lockstep::Step;
+use lockstep::{Slice, Step};
 use processes::{Link, Worker};
 
 use crate::signals::Port;
@@ -24,6 +24,8 @@ pub(crate) struct Participant {
     pub(super) graph: Option<Graph>,
     pub(super) stage: Stage,
     pub(super) ports: Vec<Port>,
+    /// The parts of its outputs that it did not bind.
+    pub(super) unbound: Vec<Slice>,
     /// Texts that the caller has pointers to.
     pub(super) texts: Vec<CString>,
     error: CString,
@@ -61,6 +63,7 @@ impl Participant {
             graph: None,
             stage: Stage::Over,
             ports: Vec::new(),
+            unbound: Vec::new(),
             texts: Vec::new(),
             error: c_text(reason),
             exit_code: NOWHERE,
@@ -164,7 +167,7 @@ impl Participant {
         match turn {
             Ok(Some(turn)) => {
                 self.step = turn.step;
-                self.forget_outputs();
+                self.write_unbound();
                 Ok(true)
             }
             Ok(None) => {
@@ -191,6 +194,7 @@ impl Participant {
         if let Stage::Binding(worker) = std::mem::replace(&mut self.stage, Stage::Over) {
             let link = worker.connect().map_err(|fault| self.told(fault.0))?;
             self.stage = Stage::Running(Box::new(link));
+            self.unbound = self.interface.as_ref().map(Interface::unbound).unwrap_or_default();
         }
         Ok(())
     }

@@ -48,15 +48,12 @@ impl Participant {
         }
     }
 
-    /// Numbers that the program forgets to write are found by the check of the outputs.
-    pub(super) fn forget_outputs(&mut self) {
+    /// Writes zeros where nothing is bound. Numbers of bound outputs that the program forgets are found by the check of the
+    /// outputs.
+    pub(super) fn write_unbound(&mut self) {
         let Stage::Running(link) = &mut self.stage else { return };
         let Some(mut io) = link.io() else { return };
-        for port in &self.ports {
-            if let Port::Output(slice) = *port {
-                io.slice_mut(slice).fill(f64::NAN);
-            }
-        }
+        self.unbound.iter().for_each(|slice| io.slice_mut(*slice).fill(0.0));
     }
 
     fn io(&mut self) -> Option<Io<'_>> {

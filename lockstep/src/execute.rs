@@ -2,6 +2,7 @@
 //!
 //! Only a crate that carries out runs needs this.
 
+use crate::store::is_unwritten;
 use crate::{Channel, Fault, Header, Io, Network, Participant, Period, Ports, Status, Step, Store};
 
 /// A participant in its place in the network.
@@ -54,19 +55,29 @@ impl Place {
         Self { node, ports: Ports::of(place), agents, always: place.always_runs() }
     }
 
-    /// Whether the node runs at `step`. If it does not, its last outputs stand for this step too.
+    /// Whether the node runs at `step`. If it does, nothing is written of its outputs yet, so that what it forgets is not a
+    /// finite number; if it does not, its last outputs stand for this step too.
     #[inline]
     pub fn is_due(&self, network: &Network, store: &mut Store, step: &Step) -> bool {
         let last_run = if self.always { Some(step.index) } else { network.nodes[self.node].last_run(step.index) };
         match last_run {
-            Some(run) if run == step.index => true,
+            Some(run) if run == step.index => {
+                self.forget(store, step);
+                true
+            }
             Some(_) => {
                 self.ports.outputs.iter().for_each(|&output| store.hold(output, step.index, Status::Held));
                 false
             }
-            // Not yet its turn: its channels read as zeros.
+            // Not yet its turn: its channels read as their initial samples.
             None => false,
         }
+    }
+
+    /// Makes its outputs of `step` ones of which nothing is written yet.
+    #[inline]
+    pub(crate) fn forget(&self, store: &mut Store, step: &Step) {
+        self.ports.outputs.iter().for_each(|&output| store.forget(output, step.index));
     }
 
     /// What the node sees of its channels at `step`.
@@ -97,7 +108,7 @@ pub fn stamp(step: &Step, period: Period) -> Header {
 }
 
 /// A number that is not finite would spread over the whole formation within a few steps; it is stopped where it arises.
-fn all_finite(words: &[f64]) -> bool {
+pub(crate) fn all_finite(words: &[f64]) -> bool {
     // Without an early end, so that several numbers are looked at in one instruction.
     words.iter().fold(true, |finite, word| finite & word.is_finite())
 }
@@ -105,5 +116,48 @@ fn all_finite(words: &[f64]) -> bool {
 #[cold]
 fn not_finite(channel: &Channel, words: &[f64]) -> Fault {
     let at = words.iter().position(|word| !word.is_finite()).unwrap_or(0);
-    Fault(format!("output {}: {} is {}", channel.topic, channel.layout.label(at), words[at]))
+    let (topic, label) = (&channel.topic, channel.layout.label(at));
+    if is_unwritten(words[at]) {
+        return Fault(format!(
+            "output {topic}: {label} was not written; write every number of an output at every step"
+        ));
+    }
+    Fault(format!("output {topic}: {label} is {}", words[at]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ChannelId, Field, Layout, Node, Slice};
+
+    /// Writes the first `words` numbers of its output at each of its runs.
+    struct Writes(Vec<usize>);
+
+    impl Participant for Writes {
+        fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
+            io.slice_mut(Slice::new(0, 0, self.0.remove(0))).fill(0.0);
+            Ok(())
+        }
+    }
+
+    /// What comes of the steps of a participant that writes so many numbers at each of its runs.
+    fn outcome(words: &[usize], every: u64) -> (u64, String) {
+        let layout = Layout::new([Field::vector("input", 2, ""), Field::scalar("norm", "")]);
+        let channel = Channel { topic: "/command".into(), layout, ..Channel::default() };
+        let node = Node { name: "own".into(), inputs: vec![], outputs: vec![ChannelId(0)], every, offset: 0 };
+        let network = Network { channels: vec![channel], nodes: vec![node] };
+        let mut run = crate::Local::new(network, vec![Box::new(Writes(words.to_vec()))], 1.0).unwrap();
+        (0..).find_map(|step| run.step().err().map(|error| (step, error.fault.0))).unwrap()
+    }
+
+    #[test]
+    fn a_number_that_is_not_written_is_named_in_the_step() {
+        let told =
+            |label| format!("output /command: {label} was not written; write every number of an output at every step");
+        assert_eq!(outcome(&[2], 1), (0, told("norm")));
+        assert_eq!(outcome(&[3, 1], 1), (1, told("input[1]")));
+        // Not what was written two steps before, either; a sample that is held is not to be written.
+        assert_eq!(outcome(&[3, 3, 3, 0], 1), (3, told("input[0]")));
+        assert_eq!(outcome(&[3, 3, 2], 4), (8, told("norm")));
+    }
 }

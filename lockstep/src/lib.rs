@@ -8,6 +8,7 @@
 //! Start with [`Participant`] and [`Network`].
 
 pub mod execute;
+pub mod initial;
 mod layout;
 mod local;
 mod network;

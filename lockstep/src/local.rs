@@ -74,7 +74,7 @@ impl Local {
             .collect();
         // Stable: within a phase the order of the network stays.
         members.sort_by_key(|member| phases[member.place.node]);
-        let store = Store::new(network.channels.iter().map(|channel| &channel.layout));
+        let store = Store::of(&network);
         let period = Period::from_seconds(dt).unwrap_or_else(|| Period::nanoseconds((dt * 1e9).round() as u64));
         let counts = Arc::new(LocalCounts::new(members.len()));
         Ok(Self { members, network, phases, store, next: Step { index: 0, dt }, period, counts })

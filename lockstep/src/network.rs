@@ -20,7 +20,7 @@ pub enum Timing {
 }
 
 /// A stream of samples with one writer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// Its name in the log, `/agent_3/state`.
     pub topic: String,
@@ -28,6 +28,9 @@ pub struct Channel {
     pub agent: u32,
     /// What its samples consist of.
     pub layout: Layout,
+    /// What is read until its writer has run, and by delayed readers at step 0. Empty: zeros.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub initial: Vec<f64>,
 }
 
 /// A channel that a node reads.
@@ -73,7 +76,7 @@ impl Node {
 pub struct LoopError(pub Vec<String>);
 
 /// All nodes and channels of a run.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     /// Channels; a [`ChannelId`] is an index into them.
     pub channels: Vec<Channel>,
@@ -145,7 +148,7 @@ mod tests {
     use super::*;
 
     fn network(edges: &[(&[(usize, Timing)], usize)]) -> Network {
-        let channel = |i| Channel { topic: format!("/c{i}"), agent: 0, layout: Layout::default() };
+        let channel = |i| Channel { topic: format!("/c{i}"), ..Channel::default() };
         let nodes = edges.iter().enumerate().map(|(i, (inputs, output))| Node {
             name: format!("n{i}"),
             inputs: inputs.iter().map(|&(c, timing)| Input { channel: ChannelId(c), timing }).collect(),

@@ -17,7 +17,7 @@ impl Step {
         self.index as f64 * self.dt
     }
 
-    /// Whether this is step 0, at which nothing precedes and delayed inputs read as zeros.
+    /// Whether this is step 0, at which nothing precedes and delayed inputs read as the initial samples of their channels.
     pub fn is_first(&self) -> bool {
         self.index == 0
     }
@@ -117,7 +117,8 @@ impl<'a> Io<'a> {
         Self { store, ports, step }
     }
 
-    /// The value of an input. A delayed input at step 0 reads as zeros.
+    /// The value of an input. Until its writer has run, an input reads as the initial sample of its channel; so does a delayed
+    /// one at step 0.
     pub fn get<const D: usize>(&self, signal: In<D>) -> [f64; D] {
         let mut value = [0.0; D];
         value.copy_from_slice(&self.input(signal.port)[signal.offset..signal.offset + D]);
@@ -129,7 +130,7 @@ impl<'a> Io<'a> {
         &self.input(signal.port)[signal.offset..signal.offset + signal.length]
     }
 
-    /// Writes an output. What is not written in a step keeps the value of two steps before, so write every output.
+    /// Writes an output. Every number is to be written at every step; one that is not ends the run, and is named.
     pub fn set<const D: usize>(&mut self, signal: Out<D>, value: [f64; D]) {
         self.output(signal.port)[signal.offset..signal.offset + D].copy_from_slice(&value);
     }

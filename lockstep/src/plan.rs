@@ -12,7 +12,7 @@ use crate::{ChannelId, LoopError, MAX_WORDS, Network, Period};
 pub const PLAN_FILE: &str = "plan.json";
 
 /// How a plan is written down; another number is another way.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// Most processes that can meet in one phase.
 pub const MAX_MEMBERS: usize = 4096;
@@ -97,6 +97,16 @@ pub enum PlanError {
         /// Name of the channel.
         topic: String,
         /// Its size in words.
+        words: usize,
+    },
+    /// An initial sample that is not one of its channel.
+    #[error("the initial sample of channel {topic} has {found} numbers or one that is not finite; it takes {words}")]
+    Initial {
+        /// Name of the channel.
+        topic: String,
+        /// How many numbers there are.
+        found: usize,
+        /// How many there must be.
         words: usize,
     },
     /// A step of no length, no nodes, or too many processes in a phase.
@@ -281,6 +291,10 @@ fn check_network(network: &Network) -> Result<(), PlanError> {
         let words = channel.layout.words();
         if words > MAX_WORDS {
             return Err(PlanError::Large { topic: channel.topic.clone(), words });
+        }
+        let (found, finite) = (channel.initial.len(), channel.initial.iter().all(|word| word.is_finite()));
+        if !finite || ![0, words].contains(&found) {
+            return Err(PlanError::Initial { topic: channel.topic.clone(), found, words });
         }
     }
     check_names(network.nodes.iter().map(|node| &node.name))?;

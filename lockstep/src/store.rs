@@ -1,18 +1,17 @@
 //! The samples of one process: two of every channel, that of the current step and that of the one before.
 
-use crate::{ChannelId, Header, Layout, Status, Timing};
+use crate::{Channel, ChannelId, Header, Layout, Network, Status, Timing};
 
 /// Samples of the current and of the previous step, of every channel, in one block of memory.
 ///
 /// Channels alternate between two buffers, so writing the sample of step k leaves that of k-1 readable (delayed edges) and
-/// nothing is copied from one step to the next.
+/// nothing is copied from one step to the next. Until its writer has run, a channel reads as its initial sample, delayed or not.
 #[derive(Debug)]
 pub struct Store {
     words: Vec<f64>,
     /// Where the channels are among `slots`.
     index: Vec<u32>,
     slots: Vec<Slot>,
-    zeros: Vec<f64>,
 }
 
 /// What there is of a channel besides its words.
@@ -28,26 +27,57 @@ struct Slot {
     marked: bool,
 }
 
+/// What stands where nothing is written yet: one of the many NaNs, which computations do not come to by themselves.
+const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_756e_7772);
+
+/// Whether this is a number that was not written.
+pub(crate) fn is_unwritten(word: f64) -> bool {
+    word.to_bits() == UNWRITTEN.to_bits()
+}
+
 impl Store {
     /// A store for channels of these layouts, all zeros.
     pub fn new<'a>(layouts: impl IntoIterator<Item = &'a Layout>) -> Self {
-        Self::with_some(layouts.into_iter().map(Some))
+        Self::with(layouts.into_iter().map(|layout| Some(layout.words())))
+    }
+
+    /// A store for the channels of a network, with their initial samples.
+    pub fn of(network: &Network) -> Self {
+        Self::of_some(network, |_| true)
     }
 
     /// A store in which there is room for some of the channels only; the others are of no length.
-    pub fn with_some<'a>(layouts: impl IntoIterator<Item = Option<&'a Layout>>) -> Self {
+    pub fn of_some(network: &Network, is_used: impl Fn(ChannelId) -> bool) -> Self {
+        let used = |(number, channel): (usize, &Channel)| is_used(ChannelId(number)).then(|| channel.layout.words());
+        let mut store = Self::with(network.channels.iter().enumerate().map(used));
+        for (number, channel) in network.channels.iter().enumerate().filter(|(_, channel)| !channel.initial.is_empty())
+        {
+            if is_used(ChannelId(number)) {
+                store.begin(ChannelId(number), &channel.initial);
+            }
+        }
+        store
+    }
+
+    fn with(lengths: impl Iterator<Item = Option<usize>>) -> Self {
         // The first one stands for all that are not there.
         let mut slots = vec![Slot::default()];
-        let (mut start, mut longest) = (0, 0);
-        let mut place = |layout: Option<&Layout>| {
-            let Some(length) = layout.map(Layout::words) else { return 0 };
+        let mut start = 0;
+        let place = |length: Option<usize>| {
+            let Some(length) = length else { return 0 };
             slots.push(Slot { start, length, ..Slot::default() });
             start += 2 * length;
-            longest = longest.max(length);
             slots.len() as u32 - 1
         };
-        let index = layouts.into_iter().map(&mut place).collect();
-        Self { words: vec![0.0; start], index, slots, zeros: vec![0.0; longest] }
+        let index = lengths.map(place).collect();
+        Self { words: vec![0.0; start], index, slots }
+    }
+
+    /// Lets a channel start with this sample: it is read, delayed or not, until the channel is written.
+    pub(crate) fn begin(&mut self, channel: ChannelId, sample: &[f64]) {
+        for step in 0..2 {
+            self.write(channel, step).copy_from_slice(sample);
+        }
     }
 
     fn slot(&self, channel: ChannelId) -> &Slot {
@@ -64,12 +94,9 @@ impl Store {
         &self.words[start..start + length]
     }
 
-    /// The sample of the step before `step`; zeros before step 0.
+    /// The sample of the step before `step`; the initial sample at step 0.
     pub fn read_before(&self, channel: ChannelId, step: u64) -> &[f64] {
-        match step.checked_sub(1) {
-            Some(before) => self.read(channel, before),
-            None => &self.zeros[..self.slot(channel).length],
-        }
+        self.read(channel, before(step))
     }
 
     /// The place of the sample of `step`.
@@ -89,11 +116,8 @@ impl Store {
         offset: usize,
         length: usize,
     ) -> *const f64 {
-        let sample = if timing == Timing::Delayed { step.checked_sub(1) } else { Some(step) };
-        match sample {
-            Some(sample) => self.words.as_ptr().wrapping_add(self.place(channel, sample, offset, length)),
-            None => self.zeros.as_ptr(),
-        }
+        let sample = if timing == Timing::Delayed { before(step) } else { step };
+        self.words.as_ptr().wrapping_add(self.place(channel, sample, offset, length))
     }
 
     /// Where `length` words at `offset` in the sample of `step` belong; see [`Store::pointer`].
@@ -116,6 +140,11 @@ impl Store {
     /// Gives the sample of `step` its header.
     pub fn stamp(&mut self, channel: ChannelId, step: u64, header: Header) {
         self.slot_mut(channel).headers[(step % 2) as usize] = Some(header);
+    }
+
+    /// Makes the sample of `step` one of which nothing is written yet.
+    pub(crate) fn forget(&mut self, channel: ChannelId, step: u64) {
+        self.write(channel, step).fill(UNWRITTEN);
     }
 
     /// Says that the sample of a channel that is being made is not new.
@@ -145,6 +174,11 @@ impl Store {
         let &Slot { start, length, .. } = self.slot(channel);
         (start + (step % 2) as usize * length, length)
     }
+}
+
+/// The step before, by the buffer that its sample stands in: at step 0, nothing has been written into that one.
+fn before(step: u64) -> u64 {
+    step.wrapping_sub(1)
 }
 
 #[cfg(test)]

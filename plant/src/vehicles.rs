@@ -236,9 +236,9 @@ impl Dynamics {
     }
 }
 
-/// Writes the value of each formula; leaves `out` as it is where there is none.
+/// Writes the value of each formula, and 0 where there is none.
 fn evaluate(formulas: &[Formula], arguments: &[f64], out: &mut [f64]) {
-    for (value, formula) in out.iter_mut().zip(formulas) {
-        *value = formula.evaluate(arguments);
+    for (index, value) in out.iter_mut().enumerate() {
+        *value = formulas.get(index).map_or(0.0, |formula| formula.evaluate(arguments));
     }
 }

@@ -28,7 +28,7 @@ pub(crate) struct Cell<const W: usize> {
 
 impl<const W: usize> Cell<W> {
     fn empty() -> Self {
-        Self { header: Header::default(), seal: 0, words: [MaybeUninit::new(0.0); W] }
+        Self { header: Header::default(), seal: 0, words: [MaybeUninit::new(f64::NAN); W] }
     }
 }
 

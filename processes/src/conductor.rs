@@ -134,7 +134,7 @@ impl Conductor {
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
         let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output, (lineage, guardian))?;
         let segments = directory.segments();
-        let store = Store::new(plan.network.channels.iter().map(|channel| &channel.layout));
+        let store = Store::of(&plan.network);
         Ok(Self {
             crew,
             ports,

@@ -4,6 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::Child;
 use std::time::Duration;
 
+use orchestrator::log::Log;
 use serde_json::Value;
 
 use crate::program::{Folder, children, wait_until};
@@ -79,6 +80,49 @@ fn an_edge_can_be_delayed() {
         wrong.contains("planner reads nothing of plant") && wrong.contains("no participant is called `x`"),
         "{wrong}"
     );
+}
+
+/// The first samples of all controllers of `triangle` in a short run with these lines in the scenario, by placement.
+fn first_commands(lines: &str, placement: &str) -> Vec<Vec<f64>> {
+    let folder = Folder::new();
+    let text = include_str!("../../scenarios/triangle.toml").replace("[plant]", &format!("{lines}\n[plant]"));
+    folder.write("mine.toml", &text);
+    let run = ["run", "mine.toml", "-q", "--duration", "0.1", "--placement", placement, "--out", "log.mcap"];
+    let run = folder.run(&run);
+    assert!(run.code() <= 1, "{}", run.stderr());
+    let log = Log::open(&folder.path("log.mcap")).expect("a log");
+    let first = |agent| {
+        let input = log.signal(&format!("/agent_{agent}/command"), "input").expect("inputs");
+        input.row(0).to_vec()
+    };
+    (1..=3).map(first).collect()
+}
+
+#[test]
+fn a_delayed_edge_starts_with_what_its_writer_publishes_first() {
+    let expected = first_commands("", "single");
+    assert!(expected.iter().flatten().any(|input| *input != 0.0), "{expected:?}");
+    for edges in ["\"controller <- plant\" = \"delayed\"", "\"controller <- planner\" = \"delayed\""] {
+        for placement in ["single", "processes"] {
+            assert_eq!(first_commands(&format!("[edges]\n{edges}\n"), placement), expected, "{edges}, {placement}");
+        }
+    }
+}
+
+#[test]
+fn what_has_an_offset_starts_with_what_its_component_publishes_first() {
+    let folder = Folder::new();
+    let text = include_str!("../../scenarios/triangle.toml").replace("[planner]", "[planner]\noffset = 2");
+    folder.write("mine.toml", &text);
+    let equal = folder.run(&["verify", "--scenario", "mine.toml", "--placements", "all", "--duration", "0.1"]);
+    assert_eq!(equal.code(), 0, "{}{}", equal.stdout(), equal.stderr());
+    let run = folder.run(&["run", "mine.toml", "-q", "--duration", "0.1", "--out", "log.mcap"]);
+    assert!(run.code() <= 1, "{}", run.stderr());
+    let log = Log::open(&folder.path("log.mcap")).expect("a log");
+    let error = log.signal("/agent_1/command", "error").expect("errors").row(0);
+    // The planner publishes nothing before step 2, but the error is not that of a reference of zeros: robot 1 starts at the
+    // origin, and its reference at (2 cos(2 pi/3), 2 sin(2 pi/3)).
+    assert!(error[..2].iter().all(|error| error.abs() > 0.5), "{error:?}");
 }
 
 /// The status of the run that this process is, once its processes are connected.

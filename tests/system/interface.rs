@@ -180,6 +180,23 @@ fn outputs_that_are_not_bound_conform() {
 }
 
 #[test]
+fn an_output_that_a_program_binds_and_does_not_write_is_named_at_step_0() {
+    let folder = Folder::new();
+    let source = folder.write(
+        "half.c",
+        "#include <phalanx.h>\nint main(void) {\nphalanx_participant *me = phalanx_open(\"controller\");\n\
+         const int input = phalanx_output(me, 0, \"input\", 3);\nphalanx_output(me, 0, \"error\", 3);\n\
+         while (phalanx_next(me)) {\ndouble *u = phalanx_write(me, input);\nfor (int j = 0; j < 3; ++j) u[j] = 0.0;\n\
+         phalanx_done(me);\n}\nreturn phalanx_close(me);\n}\n",
+    );
+    let program = compile(&folder, source.to_str().expect("a path"), "half");
+    let run = folder.run(&["run", "triangle", "-q", "--swap", &format!("controller.3={program}")]);
+    assert_eq!(run.code(), 3);
+    let told = "controller_3 at step 0: output /agent_3/command: error[0] was not written";
+    assert!(run.stderr().contains(told), "{}", run.stderr());
+}
+
+#[test]
 fn a_wrong_output_is_answered_with_those_that_there_are() {
     let folder = Folder::new();
     let source = folder.write(

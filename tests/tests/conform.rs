@@ -45,7 +45,7 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
     ("aborts", "steps", &[]),
     ("hangs", "steps", &["--patience", "5"]),
     ("nan", "steps", &[]),
-    ("stops-writing", "outputs", &[]),
+    ("stops-writing", "steps", &[]),
     ("nothing", "ranges", &["--range", "input=-1..1"]),
     // Its writes into the samples of others break their seals, which ends the trial in the step.
     ("scribbles", "steps", &[]),

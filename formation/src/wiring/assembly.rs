@@ -196,9 +196,16 @@ impl Assembly {
 
     fn connect(&mut self) -> Result<(), Vec<Problem>> {
         let mut problems = ranges::check(&self.scenario, &self.signals);
+        let mut starters = Vec::new();
         for index in 0..self.nodes.len() {
             match self.build(index) {
-                Ok((node, _)) => self.network.nodes.push(node),
+                Ok((node, participant)) => {
+                    self.network.nodes.push(node);
+                    // Before a run, no command acts: what is read of one that is not there yet is 0.
+                    if self.nodes[index].role != Role::Controller {
+                        starters.push((index, participant));
+                    }
+                }
                 Err(found) => problems.extend(found),
             }
         }
@@ -210,8 +217,9 @@ impl Assembly {
         check_groups(&self.scenario, &self.network)?;
         check_failure_policy(&self.scenario, &self.network)?;
         check_swaps(&self.scenario, &self.network)?;
-        let phases = self.network.phases().map(drop);
-        phases.map_err(|error| vec![self.scenario.problem("", error.to_string())])
+        let dt = self.scenario.context.timing.dt;
+        let begun = lockstep::initial::set(&mut self.network, starters, dt);
+        begun.map_err(|error| vec![self.scenario.problem("", error.to_string())])
     }
 
     fn build(&self, index: usize) -> Result<(Node, Box<dyn Participant>), Vec<Problem>> {
@@ -320,6 +328,7 @@ fn declare(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)])
                 topic: format!("/agent_{}/{}", agent + 1, role.channel()),
                 agent: agent as u32 + 1,
                 layout: Layout::new(component.outputs(&scenario.context, agent)),
+                initial: Vec::new(),
             });
             ids.push(Some((*role, agent)));
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use lockstep::{Channel, ChannelId, In, Input, Layout, Node, Out, Slice, Timing};
 
 use super::Role;
+use super::rest::Bound;
 
 /// Why a component cannot be used here.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -59,6 +60,8 @@ pub struct Bind<'a> {
     output_ports: BTreeMap<ChannelId, usize>,
     /// The inputs are given, and no others can be had.
     fixed: bool,
+    /// The outputs that were asked for.
+    bound: Bound,
 }
 
 impl<'a> Bind<'a> {
@@ -67,9 +70,10 @@ impl<'a> Bind<'a> {
         Self::with(signals, role, component, Vec::new(), outputs, false)
     }
 
-    /// Binds on the ports that a planned node has already.
-    pub(super) fn adopt(signals: &'a Signals, role: Role, component: &'a str, node: &Node) -> Self {
-        Self::with(signals, role, component, node.inputs.clone(), node.outputs.clone(), true)
+    /// Binds on the ports that a planned node has already. The outputs that are asked for are added to those that are `bound`.
+    pub(super) fn adopt(signals: &'a Signals, role: Role, component: &'a str, node: &Node, bound: &Bound) -> Self {
+        let bind = Self::with(signals, role, component, node.inputs.clone(), node.outputs.clone(), true);
+        Self { bound: bound.clone(), ..bind }
     }
 
     fn with(
@@ -82,7 +86,7 @@ impl<'a> Bind<'a> {
     ) -> Self {
         let input_ports = inputs.iter().map(key).zip(0..).collect();
         let output_ports = outputs.iter().copied().zip(0..).collect();
-        Self { signals, role, component, inputs, outputs, input_ports, output_ports, fixed }
+        Self { signals, role, component, inputs, outputs, input_ports, output_ports, fixed, bound: Bound::default() }
     }
 
     pub(super) fn into_edges(self) -> (Vec<Input>, Vec<ChannelId>) {
@@ -180,10 +184,13 @@ impl<'a> Bind<'a> {
             let port = *self.output_ports.get(&channel)?;
             Some((port, self.offset(channel, name, length)?))
         });
-        place.ok_or_else(|| {
+        let declared = place.ok_or_else(|| {
             let what = format!("{} `{}` does not declare the output `{name}` ({length})", self.role, self.component);
             Refusal(format!("{what}{}", self.outputs_of(agent)))
-        })
+        });
+        let (port, offset) = declared?;
+        self.bound.add([port, offset, length]);
+        Ok((port, offset))
     }
 
     /// The outputs that may be written for an agent, in words.

@@ -228,6 +228,12 @@ impl Interface {
         self.station.bind(KIND).slice_out(agent.index(), name, length)
     }
 
+    /// The parts of its outputs that were not bound so far. Whoever takes the place of a participant has to write zeros there at
+    /// every step; [`participant`](super::participant) does.
+    pub fn unbound(&self) -> Vec<Slice> {
+        self.station.unbound()
+    }
+
     fn read<const D: usize>(&self, role: Role, agent: AgentNumber, name: &str) -> Result<In<D>, Refusal> {
         self.station.bind(KIND).read(role, agent.index(), name, timing(role))
     }

@@ -9,6 +9,7 @@ mod bind;
 mod component;
 mod interface;
 mod ranges;
+mod rest;
 mod station;
 mod wishes;
 

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lockstep::{Network, Node, Participant, Plan};
+use lockstep::{Network, Node, Participant, Plan, Slice};
 
 use super::assembly::{node_name, read_component};
+use super::rest::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems};
 use crate::scenario::{Context, Scenario, Selection};
@@ -88,7 +89,7 @@ pub fn participant<P: Participant + 'static>(
         let built = nodes.iter().map(|&node| {
             let me = Interface::new(scenario.clone(), site.station(node)?, plan.dt, plan.steps);
             let participant = make(&me).map_err(|refusal| refusal.to_string())?;
-            Ok(site.guarded(node, Box::new(participant)))
+            Ok(site.guarded(node, zeroed(Box::new(participant), me.unbound())))
         });
         built.collect()
     }
@@ -107,10 +108,13 @@ pub fn pair(
         let signals = signals_of(&plan.network);
         let agents = agents_of(&scenario, role, &plan.network.nodes[first].name)?;
         let [agent] = agents[..] else { return Err(format!("it serves one agent, not {}", agents.len())) };
-        let [mut head, mut tail] =
-            [first, second].map(|node| Bind::adopt(&signals, role, "own program", &plan.network.nodes[node]));
-        let made = make(&scenario.context, agent, &mut head, &mut tail);
-        made.map(Vec::from).map_err(|refusal| refusal.to_string())
+        let planned = [first, second].map(|node| &plan.network.nodes[node]);
+        let bound = [Bound::default(), Bound::default()];
+        let bind = |at: usize| Bind::adopt(&signals, role, "own program", planned[at], &bound[at]);
+        let (mut head, mut tail) = (bind(0), bind(1));
+        let made = make(&scenario.context, agent, &mut head, &mut tail).map_err(|refusal| refusal.to_string())?;
+        let rest = planned.iter().zip(&bound).map(|(node, bound)| bound.rest(&signals, &node.outputs));
+        Ok(made.into_iter().zip(rest).map(|(participant, rest)| zeroed(participant, rest)).collect())
     }
 }
 
@@ -135,6 +139,8 @@ pub struct Station {
     pub node: Node,
     signals: Arc<Signals>,
     role: Role,
+    /// What is bound of its outputs.
+    bound: Bound,
 }
 
 impl Station {
@@ -153,7 +159,12 @@ impl Station {
 
     /// Offers the signals that the planned node reads and writes, to a participant that messages call `kind`.
     pub fn bind<'a>(&'a self, kind: &'a str) -> Bind<'a> {
-        Bind::adopt(&self.signals, self.role, kind, &self.node)
+        Bind::adopt(&self.signals, self.role, kind, &self.node, &self.bound)
+    }
+
+    /// The parts of its outputs that nothing was bound to so far.
+    pub fn unbound(&self) -> Vec<Slice> {
+        self.bound.rest(&self.signals, &self.node.outputs)
     }
 }
 
@@ -170,7 +181,8 @@ impl Site<'_> {
     fn station(&self, node: usize) -> Result<Station, String> {
         let planned = &self.plan.network.nodes[node];
         let agents = agents_of(self.scenario, self.role, &planned.name)?;
-        Ok(Station { agents, node: planned.clone(), signals: Arc::clone(&self.signals), role: self.role })
+        let (signals, bound) = (Arc::clone(&self.signals), Bound::default());
+        Ok(Station { agents, node: planned.clone(), signals, role: self.role, bound })
     }
 
     /// Builds the participant of a node on the ports that the plan gives it.
@@ -182,7 +194,7 @@ impl Site<'_> {
     ) -> Result<Box<dyn Participant>, String> {
         let station = self.station(node)?;
         let participant = make(&station.agents, &mut station.bind(kind)).map_err(|refusal| refusal.to_string())?;
-        Ok(self.guarded(node, participant))
+        Ok(self.guarded(node, zeroed(participant, station.unbound())))
     }
 
     /// The participant with the ranges that the scenario declares for its outputs.

@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn a_thinned_log_keeps_its_newest_step() {
         let layout = Layout::new([Field::vector("x", 2, "m")]);
-        let channels = vec![Channel { topic: "/agent_1/state".into(), agent: 1, layout }];
+        let channels = vec![Channel { topic: "/agent_1/state".into(), agent: 1, layout, initial: Vec::new() }];
         let network = Network { channels, nodes: Vec::new() };
         let mut log = Log::live("run", &network, String::new(), BTreeMap::new());
         for step in 0..4 {

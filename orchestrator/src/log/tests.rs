@@ -56,6 +56,7 @@ impl Run {
                 topic: format!("/agent_{agent}/{name}"),
                 agent,
                 layout: layout.clone(),
+                initial: Vec::new(),
             })
         });
         let network = Network { channels: channels.collect(), nodes: Vec::new() };

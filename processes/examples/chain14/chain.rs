@@ -29,6 +29,7 @@ pub(crate) fn network(agents: usize) -> Network {
         topic: format!("/{name}"),
         agent: 0,
         layout: Layout::new([Field::vector("value", WIDTH, "")]),
+        initial: Vec::new(),
     };
     let node = |(index, name): (usize, &String)| {
         let inputs = match index {

@@ -273,6 +273,5 @@ fn store_for(worker: &Worker) -> Store {
     let is_used = |channel: ChannelId| {
         nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
     };
-    let channels = network.channels.iter().enumerate();
-    Store::with_some(channels.map(|(index, channel)| is_used(ChannelId(index)).then_some(&channel.layout)))
+    Store::of_some(network, is_used)
 }

@@ -82,7 +82,7 @@ fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing,
     let mut wanted: BTreeMap<ChannelId, (Timing, usize)> = BTreeMap::new();
     for &node in order {
         for input in &plan.network.nodes[node].inputs {
-            // Nobody writes it: it reads as zeros. A node of this process writes it: it is in the store.
+            // Nobody writes it: it reads as its initial sample. A node of this process writes it: it is in the store.
             if writers[input.channel.0].is_none_or(|writer| order.contains(&writer)) {
                 continue;
             }

@@ -178,6 +178,7 @@ fn rates() -> Network {
         topic: format!("/c{index}"),
         agent: index,
         layout: Layout::new([Field::scalar("value", "")]),
+        initial: if index % 2 == 0 { vec![0.25 * f64::from(index) + 1.0] } else { Vec::new() },
     };
     Network { channels: (0..4).map(channel).collect(), nodes }
 }
@@ -212,6 +213,7 @@ fn a_hundred_workers_in_one_phase() {
         topic: format!("/c{index}"),
         agent: index,
         layout: Layout::new([Field::vector("value", 2, "")]),
+        initial: Vec::new(),
     };
     let before = |index: usize| Input { channel: ChannelId((index + 99) % 100), timing: Timing::Delayed };
     let node = |index| Node {
@@ -293,6 +295,7 @@ fn a_sample_that_fits_no_cell_is_refused_in_words() {
     assert!(matches!(error, PlanError::Large { words: 513, .. }));
     assert!(error.to_string().contains("/c2"), "{error}");
     network.channels[2].layout = Layout::new([Field::vector("image", MAX_WORDS, "")]);
+    network.channels[2].initial = vec![0.5; MAX_WORDS];
     let mut conductor = start("large", &network, &singles(&network), 10, settings(), "sum");
     for _ in 0..10 {
         conductor.step().unwrap();

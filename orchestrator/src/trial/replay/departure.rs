@@ -143,7 +143,7 @@ mod tests {
 
     fn compared(tolerance: f64, samples: &[([f64; 3], [f64; 3])]) -> Departures {
         let layout = Layout::new([Field::vector("input", 2, "N"), Field::scalar("flag", "")]);
-        let channels = vec![Channel { topic: "/agent_1/command".into(), agent: 1, layout }];
+        let channels = vec![Channel { topic: "/agent_1/command".into(), agent: 1, layout, initial: Vec::new() }];
         let network = Network { channels, nodes: Vec::new() };
         let mut departures = Departures::new(&network, tolerance, 0.5);
         for (step, (recorded, now)) in samples.iter().enumerate() {
