@@ -1,4 +1,4 @@
-//! The channels of a run as iceoryx2 services: one blackboard per node that writes, a ring of cells per channel.
+//! The channels of a run as iceoryx2 services: a blackboard for up to 64 channels of a worker, a ring of cells per channel.
 //!
 //! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
 //! (delayed edges), and the conductor records several steps at a time; so every channel has cells for the last [`RING`] steps.
@@ -6,6 +6,7 @@
 //! A process that takes the place of another one writes to services of its own: a writer that was killed leaves its cells
 //! locked for ever. Readers notice by the page that a worker has another incarnation, and [`follow`] it.
 
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::Path;
 
@@ -19,8 +20,9 @@ use crate::cell::{Class, ReadRing, WriteRing, class_for};
 use crate::directory;
 use crate::page::Page;
 use crate::seal::SealKey;
+use crate::shares::{Share, Shares};
 use lockstep::PlanError;
-use lockstep::{ChannelId, Header, Network, Node, Plan, Status, Store};
+use lockstep::{ChannelId, Header, Network, Plan, Status, Store};
 
 /// Where iceoryx2 keeps its files within the run directory.
 pub(crate) const ROOT: &str = "iox";
@@ -61,7 +63,10 @@ pub(crate) struct ChannelReader {
     pub(crate) channel: ChannelId,
     /// Number of the node that writes it.
     writer: usize,
-    /// Which process of that node's worker.
+    /// The worker that hosts that node, and which of its services.
+    host: usize,
+    part: usize,
+    /// Which process of that worker.
     incarnation: u32,
     /// Whether it writes at every step from the first.
     always: bool,
@@ -116,21 +121,21 @@ impl Hub {
         format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", global.root_path(), global.prefix)
     }
 
-    /// Creates the service of a node and of one process that hosts it, for `readers` processes besides this one and the
-    /// writer's.
+    /// Creates a service of one process of its worker, for `readers` processes besides this one and the writer's.
     ///
     /// # Errors
     /// [`ServiceError`], also if a sample fits no cell.
     pub(crate) fn create<'a>(
         &self,
-        network: &'a Network,
-        node: usize,
+        plan: &'a Plan,
+        share: &'a Share,
         incarnation: u32,
         readers: usize,
     ) -> Result<Board<'a>, ServiceError> {
-        let name = service_name(&network.nodes[node], incarnation);
+        let network = &plan.network;
+        let name = service_name(plan, share, incarnation);
         let what = || format!("create service {name}");
-        let cells = network.nodes[node].outputs.iter().map(|&channel| Ok(class_of(network, channel)?.bytes()));
+        let cells = share.channels.iter().map(|&(channel, _)| Ok(class_of(network, channel)?.bytes()));
         let cells: usize = cells.sum::<Result<usize, ServiceError>>()? * RING as usize;
         directory::require_room(CELL_COPIES * cells + READER_BYTES * readers + SERVICE_BYTES)
             .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
@@ -141,72 +146,72 @@ impl Hub {
             .blackboard_creator::<u64>()
             .max_readers(readers + 1 + SPARE)
             .max_nodes(readers + 2 + SPARE);
-        for (output, &channel) in network.nodes[node].outputs.iter().enumerate() {
-            creator = class_of(network, channel)?.add(creator, output);
+        for (number, &(channel, _)) in share.channels.iter().enumerate() {
+            creator = class_of(network, channel)?.add(creator, number);
         }
         let service = creator.create().map_err(error(what()))?;
-        Ok(Board { network, node, incarnation, name, service })
+        Ok(Board { network, share, incarnation, name, service })
     }
 
-    /// Opens the service of a node and of one process that hosts it, which must exist.
+    /// Opens a service of one process of its worker, which must exist.
     ///
     /// # Errors
     /// [`ServiceError`].
     pub(crate) fn open<'a>(
         &self,
-        network: &'a Network,
-        node: usize,
+        plan: &'a Plan,
+        share: &'a Share,
         incarnation: u32,
     ) -> Result<Board<'a>, ServiceError> {
-        let name = service_name(&network.nodes[node], incarnation);
+        let name = service_name(plan, share, incarnation);
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let opener = self.node.service_builder(&service_name).blackboard_opener::<u64>();
         let service = opener.open().map_err(error(format!("open service {name}")))?;
-        Ok(Board { network, node, incarnation, name, service })
+        Ok(Board { network: &plan.network, share, incarnation, name, service })
     }
 }
 
-/// The open service of a node.
+/// An open service.
 pub(crate) struct Board<'a> {
     network: &'a Network,
-    node: usize,
+    share: &'a Share,
     incarnation: u32,
     name: String,
     service: PortFactory<ipc::Service, u64>,
 }
 
 impl Board<'_> {
-    /// Becomes the writer of the node's channels, in order of its output ports.
+    /// Becomes the writer of the service's channels, in order.
     ///
     /// # Errors
     /// [`ServiceError`] if there is a writer already.
     pub(crate) fn writers(&self) -> Result<Vec<ChannelWriter>, ServiceError> {
         let failed = || format!("write to service {}", self.name);
         let port = self.service.writer_builder().create().map_err(error(failed()))?;
-        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
-        let open = |(output, &channel): (usize, &ChannelId)| {
-            let cells = class_of(self.network, channel)?.writer(&port, output).map_err(error(failed()))?;
+        let open = |(number, &(channel, _)): (usize, &(ChannelId, usize))| {
+            let cells = class_of(self.network, channel)?.writer(&port, number).map_err(error(failed()))?;
             let key = SealKey::of(channel, self.incarnation);
             Ok(ChannelWriter { channel, key, cells })
         };
-        outputs.map(open).collect()
+        self.share.channels.iter().enumerate().map(open).collect()
     }
 
-    /// Becomes a reader of those of the node's channels that are `wanted`.
+    /// Becomes a reader of those of the service's channels that are `wanted`.
     ///
     /// # Errors
     /// [`ServiceError`] if there are too many readers.
     pub(crate) fn readers(&self, wanted: impl Fn(&ChannelId) -> bool) -> Result<Vec<ChannelReader>, ServiceError> {
         let failed = || format!("read from service {}", self.name);
         let port = self.service.reader_builder().create().map_err(error(failed()))?;
-        let outputs = self.network.nodes[self.node].outputs.iter().enumerate();
-        let open = |(output, &channel): (usize, &ChannelId)| {
-            let cells = class_of(self.network, channel)?.reader(&port, output).map_err(error(failed()))?;
-            let always = self.network.nodes[self.node].always_runs();
-            let key = SealKey::of(channel, self.incarnation);
-            Ok(ChannelReader { channel, writer: self.node, incarnation: self.incarnation, always, key, cells })
+        let &Share { worker: host, part, .. } = self.share;
+        let incarnation = self.incarnation;
+        let open = |(number, &(channel, writer)): (usize, &(ChannelId, usize))| {
+            let cells = class_of(self.network, channel)?.reader(&port, number).map_err(error(failed()))?;
+            let always = self.network.nodes[writer].always_runs();
+            let key = SealKey::of(channel, incarnation);
+            Ok(ChannelReader { channel, writer, host, part, incarnation, always, key, cells })
         };
-        outputs.filter(|(_, channel)| wanted(channel)).map(open).collect()
+        self.share.channels.iter().enumerate().filter(|(_, (channel, _))| wanted(channel)).map(open).collect()
     }
 }
 
@@ -293,19 +298,20 @@ pub(crate) fn follow<'a>(
     plan: &Plan,
     readers: impl Iterator<Item = &'a mut ChannelReader>,
 ) -> Result<(), ServiceError> {
-    let is_left = |reader: &&'a mut ChannelReader| page.incarnation(plan.host(reader.writer)) != reader.incarnation;
-    let mut left: Vec<&mut ChannelReader> = readers.filter(is_left).collect();
-    while let Some(writer) = left.first().map(|reader| reader.writer) {
-        let incarnation = page.incarnation(plan.host(writer));
-        // One port for all channels of a node: a service has places for few.
-        let of_writer = |reader: &ChannelReader| reader.writer == writer;
-        let wanted: Vec<ChannelId> = left.iter().filter(|reader| of_writer(reader)).map(|r| r.channel).collect();
-        for fresh in hub.open(&plan.network, writer, incarnation)?.readers(|channel| wanted.contains(channel))? {
-            if let Some(reader) = left.iter_mut().find(|reader| reader.channel == fresh.channel) {
+    let is_left = |reader: &&'a mut ChannelReader| page.incarnation(reader.host) != reader.incarnation;
+    let mut left: BTreeMap<(usize, usize), BTreeMap<ChannelId, &mut ChannelReader>> = BTreeMap::new();
+    for reader in readers.filter(is_left) {
+        left.entry((reader.host, reader.part)).or_default().insert(reader.channel, reader);
+    }
+    let shares = Shares::of(plan);
+    for ((host, part), mut readers) in left {
+        // One port for all channels of a service, which has places for few.
+        let board = hub.open(plan, &shares.of_worker(host)[part], page.incarnation(host))?;
+        for fresh in board.readers(|channel| readers.contains_key(channel))? {
+            if let Some(reader) = readers.get_mut(&fresh.channel) {
                 **reader = fresh;
             }
         }
-        left.retain(|reader| !of_writer(reader));
     }
     Ok(())
 }
@@ -329,9 +335,9 @@ pub(crate) fn configuration(root: &Path, run: &str) -> Result<Config, ServiceErr
     Ok(config)
 }
 
-/// Names the service of a node and of one process that hosts it.
-fn service_name(node: &Node, incarnation: u32) -> String {
-    format!("{}/out.{incarnation}", node.name)
+/// Names a service of one process of a worker.
+fn service_name(plan: &Plan, share: &Share, incarnation: u32) -> String {
+    format!("{}/out.{incarnation}.{}", plan.workers[share.worker].name, share.part)
 }
 
 fn class_of(network: &Network, channel: ChannelId) -> Result<Class, ServiceError> {

@@ -32,35 +32,35 @@ impl<const W: usize> Cell<W> {
     }
 }
 
-/// The key of a cell within the service of a node: `place` in the ring of output number `output`.
-fn key(output: usize, place: u64) -> u64 {
-    RING * output as u64 + place
+/// The key of a cell within a service: `place` in the ring of channel number `number` of the service.
+fn key(number: usize, place: u64) -> u64 {
+    RING * number as u64 + place
 }
 
 type Reads<const W: usize> = [EntryHandle<ipc::Service, u64, Cell<W>>; RING as usize];
 /// A loan consumes the entry and an update gives it back; in between the place is empty.
 type Writes<const W: usize> = [Option<EntryHandleMut<ipc::Service, u64, Cell<W>>>; RING as usize];
 
-fn add<const W: usize>(creator: Creator<u64, ipc::Service>, output: usize) -> Creator<u64, ipc::Service>
+fn add<const W: usize>(creator: Creator<u64, ipc::Service>, number: usize) -> Creator<u64, ipc::Service>
 where
     Cell<W>: ZeroCopySend,
 {
-    (0..RING).fold(creator, |creator, place| creator.add(key(output, place), Cell::<W>::empty()))
+    (0..RING).fold(creator, |creator, place| creator.add(key(number, place), Cell::<W>::empty()))
 }
 
-fn reads<const W: usize>(port: &Reader<ipc::Service, u64>, output: usize) -> Result<Reads<W>, EntryHandleError>
+fn reads<const W: usize>(port: &Reader<ipc::Service, u64>, number: usize) -> Result<Reads<W>, EntryHandleError>
 where
     Cell<W>: ZeroCopySend,
 {
-    let entries = (0..RING).map(|place| port.entry(&key(output, place)));
+    let entries = (0..RING).map(|place| port.entry(&key(number, place)));
     Ok(whole(entries.collect::<Result<_, _>>()?))
 }
 
-fn writes<const W: usize>(port: &Writer<ipc::Service, u64>, output: usize) -> Result<Writes<W>, EntryHandleMutError>
+fn writes<const W: usize>(port: &Writer<ipc::Service, u64>, number: usize) -> Result<Writes<W>, EntryHandleMutError>
 where
     Cell<W>: ZeroCopySend,
 {
-    let entries = (0..RING).map(|place| port.entry(&key(output, place)).map(Some));
+    let entries = (0..RING).map(|place| port.entry(&key(number, place)).map(Some));
     Ok(whole(entries.collect::<Result<_, _>>()?))
 }
 
@@ -127,36 +127,36 @@ macro_rules! size_classes {
                 }
             }
 
-            /// Adds the empty cells of output number `output` to a service that is about to be created.
+            /// Adds the empty cells of channel number `number` to a service that is about to be created.
             pub(crate) fn add(
                 self,
                 creator: Creator<u64, ipc::Service>,
-                output: usize,
+                number: usize,
             ) -> Creator<u64, ipc::Service> {
                 match self {
-                    $(Self::$class => add::<$words>(creator, output),)*
+                    $(Self::$class => add::<$words>(creator, number),)*
                 }
             }
 
-            /// Opens the cells of an output for reading.
+            /// Opens the cells of a channel for reading.
             pub(crate) fn reader(
                 self,
                 port: &Reader<ipc::Service, u64>,
-                output: usize,
+                number: usize,
             ) -> Result<ReadRing, EntryHandleError> {
                 Ok(match self {
-                    $(Self::$class => ReadRing::$class(reads(port, output)?),)*
+                    $(Self::$class => ReadRing::$class(reads(port, number)?),)*
                 })
             }
 
-            /// Opens the cells of an output for writing.
+            /// Opens the cells of a channel for writing.
             pub(crate) fn writer(
                 self,
                 port: &Writer<ipc::Service, u64>,
-                output: usize,
+                number: usize,
             ) -> Result<WriteRing, EntryHandleMutError> {
                 Ok(match self {
-                    $(Self::$class => WriteRing::$class(writes(port, output)?),)*
+                    $(Self::$class => WriteRing::$class(writes(port, number)?),)*
                 })
             }
         }

@@ -41,6 +41,7 @@ use tempo::Tempo;
 use crate::board::RING;
 use crate::lineage::Lineage;
 use crate::page::{Events, Page};
+use crate::shares::Shares;
 use crate::{RunDirectory, bus, directory};
 use lockstep::{Plan, Store, Wake};
 
@@ -77,8 +78,9 @@ pub struct Conductor {
     // Dropped in this order: first the processes, then what they share, last the directory.
     crew: Crew,
     ports: Ports,
-    /// How many processes read from each node's service.
-    reader_counts: Vec<usize>,
+    shares: Shares,
+    /// How many processes read from each service, by worker and service.
+    reader_counts: Vec<Vec<usize>>,
     store: Store,
     plan: Plan,
     directory: RunDirectory,
@@ -114,13 +116,14 @@ impl Conductor {
         let guardian = Guardian::start(lineage).map_err(system("start the process that guards the run"))?;
         bus::stand_in_for_missing_memory();
         let mut ports = Ports::open(directory.path(), &plan.run)?;
-        let reader_counts = reader_counts(&plan, settings.replacements as usize);
+        let shares = Shares::of(&plan);
+        let reader_counts = reader_counts(&shares, &plan, settings.replacements as usize);
         ports.extend(|hub, readers| {
-            for (node, &processes) in reader_counts.iter().enumerate() {
-                if !plan.network.nodes[node].outputs.is_empty() {
-                    readers.extend(hub.create(&plan.network, node, 0, processes)?.readers(|_| true)?);
-                }
+            for share in shares.all() {
+                let processes = reader_counts[share.worker][share.part];
+                readers.extend(hub.create(&plan, share, 0, processes)?.readers(|_| true)?);
             }
+            readers.sort_by_key(|reader| reader.channel);
             Ok::<(), RunError>(())
         })?;
         let events = match plan.wake {
@@ -128,7 +131,7 @@ impl Conductor {
             Wake::Events => Some(Events::create(directory.path(), &plan, settings.replacements as usize)?),
         };
         directory.protect()?;
-        directory::require_room(room_of_workers(&plan)).map_err(system("start the processes of the run"))?;
+        directory::require_room(room_of_workers(&shares, &plan)).map_err(system("start the processes of the run"))?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         page.use_events(events);
         let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
@@ -138,6 +141,7 @@ impl Conductor {
         Ok(Self {
             crew,
             ports,
+            shares,
             reader_counts,
             store,
             plan,
@@ -299,37 +303,24 @@ impl Conductor {
 }
 
 /// Bytes of shared memory that the workers will take for themselves: a small file for every service that each uses, and some.
-fn room_of_workers(plan: &Plan) -> usize {
+fn room_of_workers(shares: &Shares, plan: &Plan) -> usize {
     /// What a file takes at least.
     const FILE: usize = 4 << 10;
     /// Files of a worker besides those of services.
     const OTHERS: usize = 4;
     let events = usize::from(plan.wake == Wake::Events);
-    let writers = plan.network.writers();
-    let of_worker = |nodes: &Vec<usize>| {
-        let inputs = nodes.iter().flat_map(|&node| &plan.network.nodes[node].inputs);
-        let read = inputs.filter_map(|input| writers[input.channel.0]);
-        let services: BTreeSet<usize> = read.chain(nodes.iter().copied()).collect();
-        // With events, a file for every gate that it listens at, and those of one more node.
-        let listeners = events * (nodes.len() + OTHERS);
-        (services.len() + OTHERS + listeners) * FILE
-    };
-    plan.workers.iter().map(|worker| of_worker(&worker.nodes)).sum()
+    let written = shares.all().count();
+    let read: usize = shares.readers(plan).iter().flatten().map(BTreeSet::len).sum();
+    // With events, a file for every gate that it listens at, and those of one more node.
+    let listeners = |nodes: &Vec<usize>| events * (nodes.len() + OTHERS);
+    let others: usize = plan.workers.iter().map(|worker| listeners(&worker.nodes) + OTHERS).sum();
+    (written + read + others) * FILE
 }
 
-/// How many worker processes read from each node's service, if each is replaced so often.
-fn reader_counts(plan: &Plan, replacements: usize) -> Vec<usize> {
-    let writers = plan.network.writers();
-    let mut pairs = BTreeSet::new();
-    for (worker, plan_of_worker) in plan.workers.iter().enumerate() {
-        for &node in &plan_of_worker.nodes {
-            let inputs = &plan.network.nodes[node].inputs;
-            pairs.extend(inputs.iter().filter_map(|input| Some((writers[input.channel.0]?, worker))));
-        }
-    }
-    let mut counts = vec![0; plan.network.nodes.len()];
-    pairs.into_iter().for_each(|(writer, _)| counts[writer] += 1);
+/// How many worker processes read from each service, by worker and service, if each is replaced so often.
+fn reader_counts(shares: &Shares, plan: &Plan, replacements: usize) -> Vec<Vec<usize>> {
     // A successor of the writer reads what was published before it; so does the conductor once more.
-    let with_successors = |readers: usize| (readers + 1) * (replacements + 1) + replacements;
-    counts.into_iter().map(with_successors).collect()
+    let with_successors = |readers: &BTreeSet<usize>| (readers.len() + 1) * (replacements + 1) + replacements;
+    let of_worker = |readers: &Vec<BTreeSet<usize>>| readers.iter().map(with_successors).collect();
+    shares.readers(plan).iter().map(of_worker).collect()
 }

@@ -21,6 +21,7 @@ mod lineage;
 mod onlooker;
 mod page;
 mod seal;
+mod shares;
 mod tap;
 mod ticks;
 mod worker;

@@ -11,8 +11,9 @@ use iceoryx2::prelude::{LogLevel, set_log_level};
 
 use crate::board::{ChannelReader, Hub, RING, ServiceError};
 use crate::directory::{self, Door};
+use crate::shares::Shares;
 use crate::{DirectoryError, RunDirectory};
-use lockstep::{ChannelId, Header, Network, Status};
+use lockstep::{ChannelId, Header, Network, Plan, PlanError, Status};
 
 /// Processes that may have hosted a node one after the other, as far as this looks for them.
 const MOST_INCARNATIONS: u32 = 64;
@@ -59,8 +60,11 @@ pub struct Onlooker {
 struct Seat {
     /// By number of the channel; `None` for a channel that nobody writes.
     readers: Vec<Option<ChannelReader>>,
-    /// By number of the node: which of the processes that hosted it is read.
+    /// By number of the worker: which of its processes is read.
     incarnations: Vec<u32>,
+    /// Who hosts what.
+    plan: Plan,
+    shares: Shares,
     /// After the readers, which belong to it.
     hub: Hub,
 }
@@ -81,16 +85,20 @@ impl Onlooker {
         let over = || LookError::Over(run.into());
         let presence = Presence::of(run).ok_or_else(over)?;
         let door = presence.enter().ok_or_else(over)?;
+        let unknown = |error: PlanError| ServiceError { what: "read its plan".into(), cause: error.to_string() };
+        let plan = Plan::read(&presence.path).map_err(unknown)?;
         let hub = Hub::join(&presence.path, run, &format!("onlooker-{}", std::process::id()))?;
         // When the run ends first, its files are gone before this reader lets go of them, which iceoryx2 deplores.
         set_log_level(LogLevel::Fatal);
         let mut seat = Seat {
             readers: network.channels.iter().map(|_| None).collect(),
-            incarnations: vec![0; network.nodes.len()],
+            incarnations: vec![0; plan.workers.len()],
+            shares: Shares::of(&plan),
+            plan,
             hub,
         };
-        for node in 0..network.nodes.len() {
-            seat.find(&network, node)?;
+        for worker in 0..seat.plan.workers.len() {
+            seat.find(worker)?;
         }
         drop(door);
         let empty = |words| Sample { header: Header::default(), words: vec![0.0; words] };
@@ -166,9 +174,9 @@ impl Onlooker {
     fn follow(&mut self) {
         let Some(_door) = self.presence.enter() else { return };
         let Some(seat) = self.seat.as_mut() else { return };
-        for node in 0..self.network.nodes.len() {
-            if let Some(readers) = seat.open(&self.network, node, seat.incarnations[node] + 1) {
-                seat.incarnations[node] += 1;
+        for worker in 0..seat.plan.workers.len() {
+            if let Ok(readers) = seat.open(worker, seat.incarnations[worker] + 1) {
+                seat.incarnations[worker] += 1;
                 seat.take(readers);
             }
         }
@@ -199,32 +207,41 @@ impl Onlooker {
 }
 
 impl Seat {
-    /// Reads from the process that hosts a node now: the last one that has a service.
-    fn find(&mut self, network: &Network, node: usize) -> Result<(), ServiceError> {
-        let mut found = false;
+    /// Reads from the process that serves as a worker now: the last one that has services.
+    fn find(&mut self, worker: usize) -> Result<(), ServiceError> {
+        if self.shares.of_worker(worker).is_empty() {
+            return Ok(());
+        }
+        let mut first = None;
         for incarnation in 0..MOST_INCARNATIONS {
-            match self.open(network, node, incarnation) {
-                Some(readers) => {
+            match self.open(worker, incarnation) {
+                Ok(readers) => {
                     self.take(readers);
-                    self.incarnations[node] = incarnation;
-                    found = true;
+                    self.incarnations[worker] = incarnation;
+                    first = Some(Ok(()));
                 }
-                None if found => break,
-                None => {}
+                Err(_) if matches!(first, Some(Ok(()))) => break,
+                Err(error) => first = first.or(Some(Err(error))),
             }
         }
-        if found { Ok(()) } else { self.hub.open(network, node, 0)?.readers(|_| true).map(drop) }
+        first.unwrap_or(Ok(()))
     }
 
-    /// The readers of a process that hosts or hosted a node, if it has a service and a place is free.
-    fn open(&self, network: &Network, node: usize, incarnation: u32) -> Option<Vec<ChannelReader>> {
-        self.hub.open(network, node, incarnation).and_then(|board| board.readers(|_| true)).ok()
+    /// The readers of a process that serves or served as a worker, if it has services and places are free.
+    fn open(&self, worker: usize, incarnation: u32) -> Result<Vec<ChannelReader>, ServiceError> {
+        let mut readers = Vec::new();
+        for share in self.shares.of_worker(worker) {
+            readers.extend(self.hub.open(&self.plan, share, incarnation)?.readers(|_| true)?);
+        }
+        Ok(readers)
     }
 
     fn take(&mut self, readers: Vec<ChannelReader>) {
         for reader in readers {
-            let channel = reader.channel.0;
-            self.readers[channel] = Some(reader);
+            // The run may have channels that this process does not know.
+            if let Some(place) = self.readers.get_mut(reader.channel.0) {
+                *place = Some(reader);
+            }
         }
     }
 }

@@ -98,23 +98,18 @@ impl Conductor {
     /// Creates the services of a new process and reads from them from now on: before its return, no step is complete that
     /// was not recorded.
     fn create_boards(&mut self, worker: usize, incarnation: u32) -> Result<(), RunError> {
-        let network = &self.plan.network;
-        for &node in &self.plan.workers[worker].nodes {
-            if network.nodes[node].outputs.is_empty() {
-                continue;
-            }
-            let places = self.reader_counts[node];
-            self.ports.extend(|hub, readers| {
-                for fresh in hub.create(network, node, incarnation, places)?.readers(|_| true)? {
-                    match readers.iter_mut().find(|reader| reader.channel == fresh.channel) {
+        self.ports.extend(|hub, readers| {
+            for share in self.shares.of_worker(worker) {
+                let places = self.reader_counts[worker][share.part];
+                for fresh in hub.create(&self.plan, share, incarnation, places)?.readers(|_| true)? {
+                    if let Ok(at) = readers.binary_search_by_key(&fresh.channel, |reader| reader.channel) {
                         // Never taken leave of, see `Ports`.
-                        Some(former) => std::mem::forget(std::mem::replace(former, fresh)),
-                        None => readers.push(fresh),
+                        std::mem::forget(std::mem::replace(&mut readers[at], fresh));
                     }
                 }
-                Ok::<(), RunError>(())
-            })?;
-        }
+            }
+            Ok::<(), RunError>(())
+        })?;
         self.directory.protect()?;
         self.segments = self.directory.segments();
         Ok(())

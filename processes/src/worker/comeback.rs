@@ -10,6 +10,7 @@ use super::seat::{Seat, Seated};
 use super::{Worker, adopt};
 use crate::board::{ChannelReader, Hub, ServiceError};
 use crate::page::{FaultKind, Report};
+use crate::shares::Shares;
 use lockstep::{ChannelId, HEADER_BYTES, Header, Plan, Step, Store};
 
 /// Environment variable that tells a process that it takes the place of another one, as [`Orders`] in JSON.
@@ -191,11 +192,10 @@ fn refusal(message: String) -> Report {
 
 /// Readers of what the process before this one has published.
 fn former_readers(worker: &Worker, hub: &Hub) -> Result<Vec<ChannelReader>, ServiceError> {
-    let network = &worker.plan.network;
     let incarnation = worker.page.incarnation(worker.number);
     let mut readers = Vec::new();
-    for &node in worker.nodes().iter().filter(|&&node| !network.nodes[node].outputs.is_empty()) {
-        readers.extend(hub.open(network, node, incarnation)?.readers(|_| true)?);
+    for share in Shares::of(&worker.plan).of_worker(worker.number) {
+        readers.extend(hub.open(&worker.plan, share, incarnation)?.readers(|_| true)?);
     }
     Ok(readers)
 }

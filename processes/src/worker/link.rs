@@ -6,7 +6,7 @@ use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
 use crate::page::{Arrival, FaultKind, Report, Watch};
-use lockstep::{ChannelId, Fault, Io, Plan, Step, Store};
+use lockstep::{Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -270,8 +270,8 @@ impl Link {
 fn store_for(worker: &Worker) -> Store {
     let Plan { network, workers, .. } = &worker.plan;
     let nodes = || workers[worker.number].nodes.iter().map(|&node| &network.nodes[node]);
-    let is_used = |channel: ChannelId| {
-        nodes().any(|node| node.outputs.contains(&channel) || node.inputs.iter().any(|input| input.channel == channel))
-    };
-    Store::of_some(network, is_used)
+    let inputs = nodes().flat_map(|node| node.inputs.iter().map(|input| input.channel));
+    let mut used = vec![false; network.channels.len()];
+    inputs.chain(nodes().flat_map(|node| node.outputs.iter().copied())).for_each(|channel| used[channel.0] = true);
+    Store::of_some(network, |channel| used[channel.0])
 }

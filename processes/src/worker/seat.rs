@@ -1,9 +1,10 @@
 //! A worker's part in one phase: what it fetches, whose turn it is, what it publishes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::board::{self, ChannelReader, ChannelWriter, Hub, ServiceError};
 use crate::page::{FaultKind, Page, Report};
+use crate::shares::Shares;
 use lockstep::execute::{Place, stamp};
 use lockstep::{ChannelId, Plan, Status, Step, Store, Timing};
 
@@ -47,25 +48,31 @@ pub(super) fn take(
     hosted.sort_by_key(|&(_, node)| (plan.phases[node], node));
     let order: Vec<usize> = hosted.iter().map(|&(_, node)| node).collect();
     let mut seats: Vec<Seat> = Vec::new();
+    let shares = Shares::of(plan);
+    let mut writers: BTreeMap<ChannelId, ChannelWriter> = BTreeMap::new();
+    for share in shares.of_worker(worker) {
+        let opened = hub.open(plan, share, incarnation)?.writers()?;
+        writers.extend(opened.into_iter().map(|writer| (writer.channel(), writer)));
+    }
     for (number, node) in hosted {
         let phase = plan.phases[node];
         if seats.last().is_none_or(|seat| seat.phase != phase) {
             let position = plan.members(phase).iter().position(|&member| member == worker).unwrap_or(0);
             seats.push(Seat { phase, position, fetches: Vec::new(), members: Vec::new() });
         }
-        let writes = !network.nodes[node].outputs.is_empty();
-        let writers = if writes { hub.open(network, node, incarnation)?.writers()? } else { Vec::new() };
+        let outputs = network.nodes[node].outputs.iter();
+        let writers = outputs.filter_map(|output| writers.remove(output)).collect();
         if let Some(seat) = seats.last_mut() {
             seat.members.push(Seated { place: Place::new(network, node), number, writers });
         }
     }
     let wanted = wanted_channels(plan, &order);
-    for writer in 0..network.nodes.len() {
+    for share in shares.all() {
         let is_wanted = |channel: &ChannelId| wanted.contains_key(channel);
-        if !network.nodes[writer].outputs.iter().any(is_wanted) {
+        if !share.channels.iter().any(|(channel, _)| is_wanted(channel)) {
             continue;
         }
-        let board = hub.open(network, writer, page.incarnation(plan.host(writer)))?;
+        let board = hub.open(plan, share, page.incarnation(share.worker))?;
         for reader in board.readers(is_wanted)? {
             let (timing, node) = wanted[&reader.channel];
             if let Some(seat) = seats.iter_mut().find(|seat| seat.phase == plan.phases[node]) {
@@ -73,17 +80,20 @@ pub(super) fn take(
             }
         }
     }
+    // In order of the network, in whatever services they are.
+    seats.iter_mut().for_each(|seat| seat.fetches.sort_by_key(|fetch| fetch.reader.channel));
     Ok(seats)
 }
 
 /// What the nodes in `order` read from other processes: of which step, and who needs it first.
 fn wanted_channels(plan: &Plan, order: &[usize]) -> BTreeMap<ChannelId, (Timing, usize)> {
     let writers = plan.network.writers();
+    let own: BTreeSet<usize> = order.iter().copied().collect();
     let mut wanted: BTreeMap<ChannelId, (Timing, usize)> = BTreeMap::new();
     for &node in order {
         for input in &plan.network.nodes[node].inputs {
             // Nobody writes it: it reads as its initial sample. A node of this process writes it: it is in the store.
-            if writers[input.channel.0].is_none_or(|writer| order.contains(&writer)) {
+            if writers[input.channel.0].is_none_or(|writer| own.contains(&writer)) {
                 continue;
             }
             let entry = wanted.entry(input.channel).or_insert((input.timing, node));
