@@ -13,6 +13,8 @@ use crate::{RunError, ticks};
 
 /// How long a process watches for the others of its core before it sleeps: a little longer than it takes to wake a core.
 const WATCH: Duration = Duration::from_micros(30);
+/// Most that a trial of other cores may cost: so much longer than without it.
+const DEAREST: Duration = Duration::from_millis(100);
 /// Steps after which everybody sleeps as a worker of the core that it was moved to.
 const SETTLING: u64 = 2;
 /// What a process takes per step besides what it computes: the switch to it, with cold caches.
@@ -89,7 +91,8 @@ impl Conductor {
     ///
     /// To be called once all are spawned. For runs that go as fast as they can: times of paced steps say nothing.
     pub fn balance(&mut self, cores: Vec<usize>) {
-        let balance = Balance::new(cores.len().min(self.plan.workers.len()));
+        let dearest = self.crew.alarm.rate.ticks(DEAREST);
+        let balance = Balance::new(cores.len().min(self.plan.workers.len()), dearest);
         self.arrangement.balance = Some(Balancing { balance, cores, slots: Vec::new() });
     }
 

@@ -6,6 +6,10 @@
 //! the cores of now, then steps on twice as many, and the better arrangement is kept. If steps get much longer later, since
 //! somebody else has come to one of the cores, the run goes back to its own core. Whatever failed is tried again, ever more
 //! rarely.
+//!
+//! Where others compete for the cores, a step that depends on two of them can take a hundred times as long. So every trial has
+//! a budget: it ends as soon as its steps have taken so much longer than before, and none begins before those that were made
+//! have cost less than a small part of the run.
 
 /// Steps before the first trial.
 const FIRST: u64 = 200;
@@ -23,6 +27,14 @@ const BAD: u32 = 8;
 const SLOWER: u64 = 2;
 /// Steps until the next trial: so many at first, four times as many after every trial that failed, up to a limit.
 const PATIENCE: [u64; 2] = [8192, 1 << 20];
+/// All trials together may cost this part of the time of the run ...
+const SHARE: f64 = 1.0 / 25.0;
+/// ... and each one so many steps more, in which the processes find their way ...
+const GRACE: f64 = 50.0;
+/// ... and this part of the most that a trial may cost.
+const SPARE: f64 = 1.0 / 20.0;
+/// A trial whose steps take so many times as long as before, on average, has failed, however short the shortest are.
+const ERRATIC: f64 = 2.0;
 
 /// Times windows of steps and decides.
 #[derive(Debug)]
@@ -40,6 +52,21 @@ pub(super) struct Balance {
     patience: u64,
     /// Step and time of the start of the window; `None`: the next step starts one.
     start: Option<(u64, u64)>,
+    /// Most that a trial may cost.
+    dearest: f64,
+    /// What the trials have cost so far.
+    spent: f64,
+    /// What the present trial, or bad windows in a row, have cost so far.
+    cost: f64,
+    /// The budget of the present trial.
+    budget: f64,
+    /// A step of the arrangement that is kept, on average.
+    usual: f64,
+    /// Sum of the windows that are timed at present.
+    sum: u64,
+    /// Time of the first step that was seen, and of the last one with its number.
+    origin: Option<u64>,
+    last: (u64, u64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +84,8 @@ enum Stage {
 }
 
 impl Balance {
-    /// Of a run on the first of `most` cores.
-    pub(super) fn new(most: usize) -> Self {
+    /// Of a run on the first of `most` cores, in which a trial may take up to `dearest` longer than its steps would take without.
+    pub(super) fn new(most: usize, dearest: u64) -> Self {
         Self {
             most,
             kept: 1,
@@ -68,6 +95,14 @@ impl Balance {
             stage: Stage::Rest(FIRST),
             patience: PATIENCE[0],
             start: None,
+            dearest: dearest as f64,
+            spent: 0.0,
+            cost: 0.0,
+            budget: 0.0,
+            usual: 0.0,
+            sum: 0,
+            origin: None,
+            last: (0, 0),
         }
     }
 
@@ -79,22 +114,49 @@ impl Balance {
 
     /// Takes the time in. Returns a number of cores if the processes are to move to so many.
     pub(super) fn observe(&mut self, steps: u64, now: u64) -> Option<usize> {
+        let elapsed = now.saturating_sub(*self.origin.get_or_insert(now)) as f64;
+        if let Some(cores) = self.account(steps, now) {
+            return Some(cores);
+        }
         match self.stage {
             Stage::Rest(until) => {
-                if self.most > self.kept && steps >= until {
-                    (self.stage, self.least) = (Stage::Time(TRIAL), u64::MAX);
+                if self.most > self.kept && steps >= until && self.spent <= SHARE * elapsed {
+                    (self.stage, self.least, self.sum, self.start) = (Stage::Time(TRIAL), u64::MAX, 0, None);
                 }
                 None
             }
             Stage::Settle(until) => {
                 if steps >= until {
-                    (self.stage, self.start) = (Stage::Try(TRIAL, u64::MAX), None);
+                    (self.stage, self.sum, self.start) = (Stage::Try(TRIAL, u64::MAX), 0, None);
                 }
                 None
             }
             Stage::Time(_) | Stage::Try(..) | Stage::Guard(_) => {
                 let took = self.window(steps, now)?;
-                self.judge(steps, took)
+                self.sum += took;
+                self.judge(steps, took, elapsed)
+            }
+        }
+    }
+
+    /// Adds up what the steps have taken too long. Returns the cores to go back to if that is too much.
+    fn account(&mut self, steps: u64, now: u64) -> Option<usize> {
+        let (last, since) = std::mem::replace(&mut self.last, (steps, now));
+        // No single step counts for more than a part: the run may have been paused.
+        let (expected, most, limit) = match self.stage {
+            Stage::Rest(_) | Stage::Time(_) => return None,
+            Stage::Settle(_) | Stage::Try(..) => (self.usual, self.dearest, self.budget),
+            Stage::Guard(_) => (SLOWER as f64 * self.least as f64 / WINDOW as f64, self.dearest / 2.0, self.dearest),
+        };
+        let step = (now.saturating_sub(since) as f64).min(most);
+        self.cost += step - expected * steps.saturating_sub(last) as f64;
+        match self.stage {
+            _ if self.cost <= limit => None,
+            Stage::Guard(_) => Some(self.give_up(steps, 1)),
+            _ => {
+                // As long as its last step, at least.
+                self.tried = Some((self.next(), (WINDOW as f64 * step) as u64));
+                Some(self.give_up(steps, self.kept))
             }
         }
     }
@@ -111,7 +173,8 @@ impl Balance {
         })
     }
 
-    fn judge(&mut self, steps: u64, took: u64) -> Option<usize> {
+    fn judge(&mut self, steps: u64, took: u64, elapsed: f64) -> Option<usize> {
+        let average = self.sum as f64 / f64::from(TRIAL) / WINDOW as f64;
         match self.stage {
             Stage::Time(left) => {
                 self.least = self.least.min(took);
@@ -122,7 +185,8 @@ impl Balance {
                 if self.kept == 1 {
                     self.alone = self.least;
                 }
-                Some(self.go_on(steps))
+                self.usual = average;
+                Some(self.go_on(steps, elapsed))
             }
             Stage::Try(left, least) => {
                 let least = least.min(took);
@@ -132,12 +196,13 @@ impl Balance {
                 }
                 let cores = self.next();
                 self.tried = Some((cores, least));
-                if least as f64 * MARGIN > self.least as f64 {
+                if least as f64 * MARGIN > self.least as f64 || average > ERRATIC * self.usual {
                     return Some(self.give_up(steps, self.kept));
                 }
-                (self.kept, self.least) = (cores, least);
+                self.settle_up();
+                (self.kept, self.least, self.usual) = (cores, least, average);
                 if cores < self.most {
-                    return Some(self.go_on(steps));
+                    return Some(self.go_on(steps, elapsed));
                 }
                 self.stage = Stage::Guard(0);
                 None
@@ -145,6 +210,9 @@ impl Balance {
             Stage::Guard(bad) => {
                 let bad = if took / SLOWER > self.least { bad + 1 } else { 0 };
                 self.stage = Stage::Guard(bad);
+                if bad == 0 {
+                    self.cost = 0.0;
+                }
                 (bad == BAD).then(|| self.give_up(steps, 1))
             }
             Stage::Rest(_) | Stage::Settle(_) => None,
@@ -156,13 +224,22 @@ impl Balance {
         (2 * self.kept).min(self.most)
     }
 
-    fn go_on(&mut self, steps: u64) -> usize {
+    fn go_on(&mut self, steps: u64, elapsed: f64) -> usize {
         self.stage = Stage::Settle(steps + SETTLING);
+        let free = (SHARE * elapsed - self.spent).max(0.0);
+        self.budget = (free + GRACE * self.usual + SPARE * self.dearest).min(self.dearest);
         self.next()
+    }
+
+    /// A trial, or a time on several cores, has come to its end.
+    fn settle_up(&mut self) {
+        self.spent += self.cost.max(0.0);
+        self.cost = 0.0;
     }
 
     /// Goes back to an arrangement.
     fn give_up(&mut self, steps: u64, cores: usize) -> usize {
+        self.settle_up();
         self.kept = cores;
         self.stage = if cores > 1 { Stage::Guard(0) } else { Stage::Rest(steps + self.patience) };
         self.patience = (4 * self.patience).min(PATIENCE[1]);
@@ -198,6 +275,9 @@ pub(super) fn spread(members: &[Vec<usize>], load: &[f64], cores: usize) -> Vec<
 mod tests {
     use super::*;
 
+    /// 100 ms, if times are in µs.
+    const DEAREST: u64 = 100_000;
+
     /// A run whose steps take so long on 1, 2 and 4 cores.
     struct Run {
         balance: Balance,
@@ -208,7 +288,7 @@ mod tests {
 
     impl Run {
         fn new() -> Self {
-            Self { balance: Balance::new(4), cores: 1, now: 0, step: 0 }
+            Self { balance: Balance::new(4, DEAREST), cores: 1, now: 0, step: 0 }
         }
 
         /// For how many of so many steps each number of cores was used.
@@ -256,8 +336,77 @@ mod tests {
     }
 
     #[test]
+    fn a_trial_among_strangers_ends_before_it_is_dear() {
+        // The other core gives every step a time slice of somebody else.
+        for slow in [500, 5_000, 20_000, 60_000] {
+            let mut run = Run::new();
+            let mut tried = 0;
+            while run.cores == 1 {
+                run.steps(1, [40, slow, slow]);
+            }
+            let start = run.now;
+            while run.cores > 1 {
+                tried += run.steps(1, [40, slow, slow])[1];
+            }
+            assert!(run.now - start <= DEAREST + slow + 40 * tried, "{slow}: {} µs", run.now - start);
+            // It is over as soon as it has cost what steps of 40 µs may.
+            assert!(tried <= 1 + 8_000 / (slow - 40), "{slow}: {tried} steps");
+        }
+    }
+
+    #[test]
+    fn all_trials_together_cost_a_small_part_of_the_run() {
+        for slow in [60, 300, 5_000, 60_000] {
+            for steps in [2_000, 20_000, 200_000, 2_000_000] {
+                let mut run = Run::new();
+                run.steps(steps, [40, slow, slow]);
+                let cost = run.now as f64 - 40.0 * steps as f64;
+                // The part that trials may take, one that is under way, and the step in which it is ended.
+                let most = 0.04 * run.now as f64 + (5_000 + 50 * 40 + slow) as f64;
+                assert!(cost <= most, "{slow} in {steps} steps: {cost} of {most} µs");
+            }
+        }
+    }
+
+    #[test]
+    fn lucky_windows_do_not_make_up_for_slow_ones() {
+        let mut run = Run::new();
+        let mut cost = 0;
+        for index in 0..20_000 {
+            // On two cores, a time slice is missing in every fortieth step, so that a few windows look good. That makes two trials.
+            let two = if index % 40 == 0 { 4_000 } else { 20 };
+            let before = run.now;
+            let used = run.steps(1, [40, two, two]);
+            cost += used[1] as i64 * ((run.now - before) as i64 - 40);
+        }
+        assert!(run.cores == 1 && cost < 24_000, "{cost} µs");
+    }
+
+    #[test]
+    fn strangers_that_come_later_cost_no_more_than_a_trial() {
+        let mut run = Run::new();
+        run.steps(10_000, [900, 500, 600]);
+        assert_eq!(run.cores, 2);
+        let start = run.now;
+        while run.cores > 1 {
+            run.steps(1, [900, 20_000, 20_000]);
+        }
+        assert!(run.now - start <= DEAREST + 2 * 20_000, "{} µs", run.now - start);
+    }
+
+    #[test]
+    fn a_pause_moves_nothing() {
+        let mut run = Run::new();
+        run.steps(10_000, [900, 500, 600]);
+        for _ in 0..10 {
+            run.now += 10_000_000;
+            assert_eq!(run.steps(1_000, [900, 500, 600])[1], 1_000);
+        }
+    }
+
+    #[test]
     fn one_core_is_left_alone() {
-        let mut balance = Balance::new(1);
+        let mut balance = Balance::new(1, DEAREST);
         assert!((0..10_000).all(|step| balance.observe(step, 100 * step).is_none()));
     }
 
