@@ -262,6 +262,21 @@ impl ChannelReader {
         (seal == 0 || seal == self.key.seal(&header, words)).then_some(header)
     }
 
+    /// The worker that writes it, and which of its services.
+    pub(crate) fn service(&self) -> (usize, usize) {
+        (self.host, self.part)
+    }
+
+    /// Whether any of the cells holds what was never published. `words` has the length of a sample.
+    pub(crate) fn is_altered(&self, words: &mut [f64]) -> bool {
+        (0..RING).any(|place| {
+            let (header, seal) = self.cells.read(place, words);
+            // Before the first sample, a cell holds NaN, and no seal.
+            let is_empty = seal == 0 && words.iter().all(|word| word.is_nan());
+            !is_empty && seal != self.key.seal(&header, words)
+        })
+    }
+
     /// Of which step the sample in the cell of `step` is.
     pub(crate) fn step_in(&self, step: u64) -> u64 {
         self.cells.read(step, &mut []).0.step

@@ -40,7 +40,7 @@ fn print_text(Removed { runs, folders }: &Removed, running: &[String]) {
         println!("Left by a dead run, and cannot be removed: {error}");
     }
     if let Some(process) = &runs.busy {
-        println!("Nothing of dead runs was removed, because {process} is doing just that.");
+        println!("Nothing of dead runs was removed: the lock of their directory is held by {process}.");
     }
     if !folders.is_empty() {
         let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();

@@ -1,14 +1,19 @@
 //! How the conductor finds out that a process has written into memory that is not its own.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::{Conductor, RunError};
+use crate::board::ChannelReader;
 use crate::page::{FaultKind, Page};
 
 /// How long a worker that computed when the page was overwritten may take to find it so.
 const CONFESSION: Duration = Duration::from_millis(200);
+
+/// Most processes that an error names as those that may have altered a sample.
+const MOST_SUSPECTS: usize = 4;
 
 /// How many steps the workers may do, as the page must say.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,11 +48,8 @@ impl Conductor {
         loop {
             let found: Vec<usize> = (0..self.plan.workers.len()).filter(|&worker| self.found_it(worker)).collect();
             if !found.is_empty() || start.elapsed() > CONFESSION {
-                let name = |&worker: &usize| {
-                    let pid = self.crew.pid(worker).unwrap_or_default();
-                    format!("{} (pid {pid})", self.plan.workers[worker].name)
-                };
-                return RunError::Overwritten { step, what, suspects: found.iter().map(name).collect() };
+                let suspects = found.into_iter().map(|worker| self.process_of(worker)).collect();
+                return RunError::Overwritten { step, what, suspects };
             }
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -64,8 +66,46 @@ impl Conductor {
             Some((path, before, now)) if !matches!(error, RunError::Interrupted { .. }) => {
                 RunError::Cut { step, path, before, now, noticed: Box::new(error) }
             }
-            _ => error,
+            _ => self.blame(error),
         }
+    }
+
+    /// The same error, with those who may have done it if a sample is not what was published.
+    fn blame(&self, mut error: RunError) -> RunError {
+        if let RunError::Fault { message, .. } | RunError::Recording { message, .. } = &mut error {
+            match self.who_may_have_altered().as_slice() {
+                [] => {}
+                [only] => message
+                    .push_str(&format!("; of all participants, only {only} has all the memory open that was altered")),
+                several if several.len() <= MOST_SUSPECTS => {
+                    message.push_str(&format!("; these have the memory open that was altered: {}", several.join(", ")));
+                }
+                several => {
+                    message.push_str(&format!("; {} processes have the memory open that was altered", several.len()))
+                }
+            }
+        }
+        error
+    }
+
+    /// The workers that have all services open in which something stands that was not published; none if there is nothing.
+    fn who_may_have_altered(&self) -> Vec<String> {
+        let altered = self.ports.readers.iter().filter(|reader| {
+            let words = self.plan.network.channels[reader.channel.0].layout.words();
+            reader.is_altered(&mut vec![0.0; words])
+        });
+        let altered: BTreeSet<(usize, usize)> = altered.map(ChannelReader::service).collect();
+        let readers = self.shares.readers(&self.plan);
+        let has_open = |worker: &usize| {
+            altered.iter().all(|&(host, part)| host == *worker || readers[host][part].contains(worker))
+        };
+        let workers = (0..self.plan.workers.len()).filter(|worker| !altered.is_empty() && has_open(worker));
+        workers.map(|worker| self.process_of(worker)).collect()
+    }
+
+    /// A worker with its process, in words.
+    fn process_of(&self, worker: usize) -> String {
+        format!("{} (pid {})", self.plan.workers[worker].name, self.crew.pid(worker).unwrap_or_default())
     }
 
     /// A file of the run's shared memory that is shorter than it was.

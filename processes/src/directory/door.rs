@@ -54,10 +54,17 @@ fn open(directory: &Path) -> io::Result<File> {
 pub(super) fn holder(file: &File) -> String {
     let pid = file.metadata().ok().and_then(|found| holder_of(&found, &fs::read_to_string("/proc/locks").ok()?));
     let Some(pid) = pid else { return "another process".into() };
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    let state = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
-    let is_stopped = state.is_some_and(|state| ['T', 't'].contains(&state));
-    format!("process {pid}{}", if is_stopped { ", which is stopped" } else { "" })
+    describe(pid, &fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default())
+}
+
+/// A process in words, from its number and what the kernel tells of it.
+fn describe(pid: u32, stat: &str) -> String {
+    let parts = stat.split_once('(').and_then(|(_, rest)| rest.rsplit_once(") "));
+    let Some((name, rest)) = parts else { return format!("process {pid}") };
+    let is_stopped = rest.starts_with(['T', 't']);
+    // Any name is possible, and this one ends up in a terminal.
+    let name: String = name.chars().map(|letter| if letter.is_control() { '?' } else { letter }).collect();
+    format!("process {pid} ({name}){}", if is_stopped { ", which is stopped" } else { "" })
 }
 
 fn holder_of(found: &fs::Metadata, locks: &str) -> Option<u32> {
@@ -66,4 +73,28 @@ fn holder_of(found: &fs::Metadata, locks: &str) -> Option<u32> {
     let line = locks.lines().find(|line| line.split_whitespace().any(|word| word == identity))?;
     // Behind number, kind, and two words that say what it forbids.
     line.split_whitespace().find_map(|word| word.parse().ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_holder_of_a_lock_is_named_with_its_state() {
+        let stopped = describe(1234, "1234 (phalanx) T 1 1234 1 0 -1");
+        assert_eq!(stopped, "process 1234 (phalanx), which is stopped");
+        assert_eq!(describe(7, "7 (a (b) c) S 1 7 1"), "process 7 (a (b) c)");
+        assert_eq!(describe(7, "7 (\u{1b}[2J) t 1 7 1"), "process 7 (?[2J), which is stopped");
+        assert_eq!(describe(7, ""), "process 7");
+    }
+
+    #[test]
+    fn a_lock_that_is_held_is_traced_to_its_process() {
+        let path = std::env::temp_dir().join(format!("phalanx-door-{}", std::process::id()));
+        let file = File::create(&path).unwrap();
+        file.lock().unwrap();
+        let told = holder(&File::open(&path).unwrap());
+        fs::remove_file(&path).unwrap();
+        assert!(told.starts_with(&format!("process {} (", std::process::id())), "{told}");
+    }
 }
