@@ -167,7 +167,7 @@ fn of_run(error: &RunError) -> Option<&'static str> {
         RunError::Died { death: Death::Signal(SIGBUS), .. } => {
             "a SIGBUS mostly means that /dev/shm is full: `df -h /dev/shm` tells, `phalanx doctor` removes what dead runs have left"
         }
-        RunError::Overwritten { .. } | RunError::Cut { .. } => {
+        RunError::Overwritten { .. } | RunError::Altered { .. } | RunError::Cut { .. } => {
             "try the run without your own programs, one at a time; a memory checker such as valgrind or -fsanitize=address finds \
              the place in a C or C++ program"
         }

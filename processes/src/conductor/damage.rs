@@ -12,9 +12,6 @@ use crate::page::{FaultKind, Page};
 /// How long a worker that computed when the page was overwritten may take to find it so.
 const CONFESSION: Duration = Duration::from_millis(200);
 
-/// Most processes that an error names as those that may have altered a sample.
-const MOST_SUSPECTS: usize = 4;
-
 /// How many steps the workers may do, as the page must say.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Allowance {
@@ -66,26 +63,20 @@ impl Conductor {
             Some((path, before, now)) if !matches!(error, RunError::Interrupted { .. }) => {
                 RunError::Cut { step, path, before, now, noticed: Box::new(error) }
             }
-            _ => self.blame(error),
+            _ => self.blame(step, error),
         }
     }
 
-    /// The same error, with those who may have done it if a sample is not what was published.
-    fn blame(&self, mut error: RunError) -> RunError {
-        if let RunError::Fault { message, .. } | RunError::Recording { message, .. } = &mut error {
-            match self.who_may_have_altered().as_slice() {
-                [] => {}
-                [only] => message
-                    .push_str(&format!("; of all participants, only {only} has all the memory open that was altered")),
-                several if several.len() <= MOST_SUSPECTS => {
-                    message.push_str(&format!("; these have the memory open that was altered: {}", several.join(", ")));
-                }
-                several => {
-                    message.push_str(&format!("; {} processes have the memory open that was altered", several.len()))
-                }
-            }
+    /// The same error, or what is behind it if memory was overwritten.
+    fn blame(&self, step: u64, error: RunError) -> RunError {
+        if !matches!(error, RunError::Fault { .. } | RunError::Recording { .. }) {
+            return error;
         }
-        error
+        if (0..self.plan.workers.len()).any(|worker| self.found_it(worker)) {
+            return self.overwritten(step, "found by a participant");
+        }
+        let suspects = self.who_may_have_altered();
+        if suspects.is_empty() { error } else { RunError::Altered { noticed: Box::new(error), suspects } }
     }
 
     /// The workers that have all services open in which something stands that was not published; none if there is nothing.

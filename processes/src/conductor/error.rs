@@ -122,6 +122,14 @@ pub enum RunError {
         /// Which sample.
         message: String,
     },
+    /// Something stands in the place of samples that was not published. No worker is at fault that finds it.
+    #[error("{noticed}; {}", reach(suspects))]
+    Altered {
+        /// How it was noticed.
+        noticed: Box<RunError>,
+        /// The workers, with their processes, that have all of the altered memory open.
+        suspects: Vec<String>,
+    },
     /// Something stands on the page that all processes share which none can have written in order.
     #[error(
         "at step {step}, the memory that all processes of the run share was overwritten ({what}): a process has written where it \
@@ -250,6 +258,16 @@ fn blame(suspects: &[String]) -> String {
         [] => String::new(),
         [one] => format!("; {one} computed when it happened"),
         several => format!("; it was one of those that computed when it happened: {}", several.join(", ")),
+    }
+}
+
+fn reach(suspects: &[String]) -> String {
+    /// More names than that help nobody.
+    const MOST: usize = 4;
+    match suspects {
+        [only] => format!("of all participants, only {only} has all of the altered memory open"),
+        few if few.len() <= MOST => format!("the altered memory is open in {}", few.join(", ")),
+        many => format!("the altered memory is open in {} participants", many.len()),
     }
 }
 
