@@ -134,7 +134,7 @@ pub(crate) fn single(steps: u64, recording: Recording) -> Result<f64, Box<dyn Er
 pub(crate) fn uav(steps: u64) -> Result<f64, Box<dyn Error>> {
     let shipped = SCENARIOS.iter().find(|shipped| shipped.name == "uav").ok_or("there is no scenario uav")?;
     let overrides = vec!["timing.dt=0.001".into(), format!("timing.duration={}", steps as f64 / 1000.0)];
-    let selection = Selection { variant: None, overrides };
+    let selection = Selection { overrides, ..Selection::default() };
     let assembly = Assembly::load(shipped.file, shipped.text, &selection, &ROLES)
         .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))?;
     let path = env::temp_dir().join(format!("phalanx-bench-uav-{}.mcap", std::process::id()));

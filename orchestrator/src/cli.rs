@@ -133,6 +133,10 @@ pub struct ScenarioArgs {
     /// Change a field: `--set controller.c_p=3`, `--set agents.2.position=[1,2,0]`, `--set phase=0.5`; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing. A field that no variant has is an
+    /// error
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set_if_present: Vec<String>,
     /// Length of a step in s; short for --set timing.dt=...
     #[arg(long, value_name = "SECONDS")]
     pub dt: Option<String>,

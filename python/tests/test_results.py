@@ -80,6 +80,19 @@ def test_a_damaged_log_gives_what_can_be_read(folder: Path) -> None:
     assert not log.ok and log.faults and isinstance(log.metrics, dict) and isinstance(log.assertions, dict)
 
 
+def test_fields_of_some_variants_only() -> None:
+    changes = {"controller.limit_estimate": False, "controller.k": 4}
+    runs = {
+        name: phalanx.run("cida", name, duration=0.1, set_if_present=changes, out=f"{name}.mcap")
+        for name in ("OBFC", "RCTFC")
+    }
+    found = {name: log.scenario["controller"] for name, log in runs.items()}
+    assert (found["OBFC"]["k"], found["RCTFC"]["k"]) == (4, 4)
+    assert "limit_estimate" not in found["OBFC"] and found["RCTFC"]["limit_estimate"] is False
+    with pytest.raises(phalanx.ScenarioError):
+        phalanx.run("cida", set_if_present={"controller.limit_estimat": False})
+
+
 def test_what_is_not_run_raises() -> None:
     for arguments in ({"variant": "X"}, {"duration": -1}, {"swap": {"controller.1": "./nothing"}}, {"controller__k_q": 1}):
         with pytest.raises(phalanx.ScenarioError):

@@ -48,7 +48,7 @@ pub fn command(data: &[u8]) {
     let variant = words.first().filter(|word| !word.contains('=')).map(ToString::to_string);
     let overrides = words.iter().filter(|word| word.contains('=')).take(8).map(ToString::to_string).collect();
     let uav = SCENARIOS.iter().find(|shipped| shipped.name == "uav").expect("a shipped scenario");
-    load(uav.text, Selection { variant, overrides });
+    load(uav.text, Selection { variant, overrides, ..Selection::default() });
 }
 
 /// A log: read, judged, shown, and recovered.

@@ -19,7 +19,7 @@ const BLESS: &str = "PHALANX_BLESS";
 fn digest(name: &str) -> String {
     let shipped = SCENARIOS.iter().find(|shipped| shipped.name == name).expect("a shipped scenario");
     let load = |overrides| {
-        let selection = Selection { variant: None, overrides };
+        let selection = Selection { overrides, ..Selection::default() };
         Assembly::load(shipped.file, shipped.text, &selection, &ROLES)
             .unwrap_or_else(|problems| panic!("{}", problems[0]))
     };

@@ -35,7 +35,7 @@ pub use diagonal::Diagonal;
 pub use nearest::nearest;
 pub use node::{Node, Value};
 pub use per_agent::PerAgent;
-pub use problem::{Problem, Problems};
+pub use problem::{Problem, Problems, Sort};
 pub use read::read;
 pub use schema::number;
 pub use source::{Origin, Source};

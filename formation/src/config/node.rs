@@ -73,7 +73,7 @@ impl Node {
 
     /// A value that the command line gives; `text` is what messages call it, `--set controller.c_p=3`.
     pub fn from_override(value: Value, text: &str) -> Node {
-        Node { value, origin: Origin::Override { text: text.into() } }
+        Node { value, origin: Origin::argument(text) }
     }
 
     /// The integer, if it is one.

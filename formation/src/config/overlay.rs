@@ -2,7 +2,7 @@
 
 use super::node::element_index;
 use super::path::{join, split};
-use super::{DEPTH_LIMIT, Node, Origin, Problem, Table, Value};
+use super::{DEPTH_LIMIT, Node, Origin, Problem, Sort, Table, Value};
 
 /// The key that says which component a table describes.
 pub(super) const KIND: &str = "kind";
@@ -26,18 +26,16 @@ impl Node {
     /// Elements of lists are counted from 1 (`agents.2.position` or `agents[2].position`), and `agents.*.position` means
     /// all of them. Tables that do not exist are created: if the path was misspelt, [`read`](super::read) will say so.
     /// The text is taken as [`Node::parse_value`] takes it. If another `kind` is set,
-    /// the values that the file gave the old kind are forgotten. `origin_text` is what messages call the
-    /// value, `--set controller.c_p=3`.
+    /// the values that the file gave the old kind are forgotten. `origin` is the argument that messages name.
     ///
     /// # Errors
     /// A malformed path, an element that does not exist, or a field of something that has none.
-    pub fn set(&mut self, path: &str, value_text: &str, origin_text: &str) -> Result<(), Problem> {
-        let origin = Origin::Override { text: origin_text.into() };
-        let segments = split(path).map_err(|message| Problem::of(&origin, "", message))?;
+    pub fn set(&mut self, path: &str, value_text: &str, origin: &Origin) -> Result<(), Problem> {
+        let segments = split(path).map_err(|message| Problem::of(origin, "", message))?;
         if segments.len() > DEPTH_LIMIT {
-            return Err(Problem::of(&origin, "", format!("a path of more than {DEPTH_LIMIT} levels")));
+            return Err(Problem::of(origin, "", format!("a path of more than {DEPTH_LIMIT} levels")));
         }
-        let value = Node::parse_value_at(value_text, origin_text, segments.len());
+        let value = Node::parse_value_at(value_text, origin, segments.len());
         assign(self, &segments, "", &value)
     }
 }
@@ -105,7 +103,8 @@ fn assign(target: &mut Node, segments: &[String], path: &str, value: &Node) -> R
             })
         }
         Value::Array(elements) => {
-            let element = element(elements, segment).map_err(|message| Problem::of(&value.origin, &here, message))?;
+            let element = element(elements, segment)
+                .map_err(|message| Problem::of(&value.origin, &here, message).sorted(Sort::Unknown))?;
             assign(element, rest, &here, value)
         }
         Value::Table(table) => {
@@ -122,6 +121,9 @@ fn assign(target: &mut Node, segments: &[String], path: &str, value: &Node) -> R
             }
             table.get_mut(segment).map_or(Ok(()), |next| assign(next, rest, &here, value))
         }
-        _ => Err(Problem::of(&value.origin, here, format!("{path} is {described}, which has no fields"))),
+        _ => {
+            let message = format!("{path} is {described}, which has no fields");
+            Err(Problem::of(&value.origin, here, message).sorted(Sort::Unknown))
+        }
     }
 }

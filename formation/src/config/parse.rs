@@ -38,20 +38,19 @@ impl Node {
     }
 
     /// The value of an override: what [`Node::parse`] would not accept as a value is text without quotes, like the `TOC`
-    /// in `variant=TOC`. `origin_text` is what messages call it, `--set variant=TOC`.
-    pub fn parse_value(text: &str, origin_text: &str) -> Node {
-        Self::parse_value_at(text, origin_text, 0)
+    /// in `variant=TOC`. `origin` is the argument that messages name.
+    pub fn parse_value(text: &str, origin: &Origin) -> Node {
+        Self::parse_value_at(text, origin, 0)
     }
 
     /// The value of an override that will stand `depth` levels deep.
-    pub(super) fn parse_value_at(text: &str, origin_text: &str, depth: usize) -> Node {
-        let plain = || Node::from_override(Value::String(text.into()), origin_text);
+    pub(super) fn parse_value_at(text: &str, origin: &Origin, depth: usize) -> Node {
+        let plain = || Node { value: Value::String(text.into()), origin: origin.clone() };
         if text.len() > SIZE_LIMIT {
             return plain();
         }
-        let origin = Origin::Override { text: origin_text.into() };
-        let parsed = on_large_stack(&origin, || {
-            let value = DeValue::parse(text.trim()).map_err(|error| Problem::of(&origin, "", error.message()))?;
+        let parsed = on_large_stack(origin, || {
+            let value = DeValue::parse(text.trim()).map_err(|error| Problem::of(origin, "", error.message()))?;
             convert(value.into_inner(), 0..0, "", depth, &|_| origin.clone())
         });
         parsed.unwrap_or_else(|_| plain())

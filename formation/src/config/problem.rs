@@ -24,12 +24,26 @@ pub struct Problem {
     pub message: String,
     /// What would be right.
     pub help: Option<String>,
+    /// What sort of mistake it is, as far as that decides anything.
+    pub sort: Sort,
+}
+
+/// What sort of mistake a problem is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sort {
+    /// There is no field of this name, or no element of this number.
+    Unknown,
+    /// A table lacks a field that it needs.
+    Missing,
+    /// Anything else.
+    #[default]
+    Other,
 }
 
 impl Problem {
     /// A problem of the field at `path`, without a hint.
     pub fn new(origin: Option<Origin>, path: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { origin, path: path.into(), message: message.into(), help: None }
+        Self { origin, path: path.into(), message: message.into(), help: None, sort: Sort::Other }
     }
 
     /// A problem of a place that is known.
@@ -40,6 +54,11 @@ impl Problem {
     /// The same problem with a hint.
     pub fn with_help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
+    }
+
+    /// The same problem as one of this sort.
+    pub(crate) fn sorted(self, sort: Sort) -> Self {
+        Self { sort, ..self }
     }
 }
 

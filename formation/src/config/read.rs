@@ -9,7 +9,7 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed};
 
 use super::reader::Reader;
 use super::stand_in::StandIn;
-use super::{Node, Origin, Problem, Problems, nearest};
+use super::{Node, Origin, Problem, Problems, Sort, nearest};
 
 /// Reads `node`, found at `path` in its file, as a `T`. All mistakes are added to `problems`; if there were any, there
 /// is no value.
@@ -95,7 +95,7 @@ impl State {
             [] => "no fields are expected here".into(),
             _ => expectation(expected, key),
         };
-        let problem = Problem::of(origin, &path, "unknown field").with_help(help);
+        let problem = Problem::of(origin, &path, "unknown field").with_help(help).sorted(Sort::Unknown);
         self.unknown.insert(path, problem);
     }
 
@@ -121,7 +121,9 @@ impl State {
             Failure::Mistake { message, help } => {
                 self.refuse(Problem { help, ..Problem::of(origin, path, message) }, path)
             }
-            Failure::MissingField(field) => self.refuse(Problem::of(origin, path, missing(field)), path),
+            Failure::MissingField(field) => {
+                self.refuse(Problem::of(origin, path, missing(field)).sorted(Sort::Missing), path)
+            }
         }
     }
 

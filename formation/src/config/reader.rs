@@ -9,7 +9,7 @@ use super::access::{Choice, Contents, Elements, Fields};
 use super::overlay::KIND;
 use super::path::join;
 use super::read::{Failure, State, expectation, missing};
-use super::{Entry, Node, Problem, Value};
+use super::{Entry, Node, Problem, Sort, Value};
 use crate::formula::Expression;
 
 /// A node to be read, with its path.
@@ -81,16 +81,21 @@ impl<'a> Reader<'a> {
                     (key, Some((key_origin, path)), Contents::Keyed(contents))
                 }
                 _ => {
-                    let help = Some(expectation(variants, ""));
-                    return Err(Failure::Mistake { message: missing(KIND), help });
+                    let problem = Problem::of(&self.node.origin, &self.path, missing(KIND))
+                        .with_help(expectation(variants, ""))
+                        .sorted(Sort::Missing);
+                    return Err(self.state.borrow_mut().refuse(problem, &self.path));
                 }
             },
             _ => return Err(self.unexpected("a name")),
         };
         if !variants.contains(&name.as_str()) {
             let (origin, path) = place.unwrap_or((&self.node.origin, self.path.clone()));
-            let problem =
-                Problem::of(origin, path, format!("unknown name {name:?}")).with_help(expectation(variants, name));
+            // A name that is a key stands where a field of the variant might.
+            let sort = if matches!(contents, Contents::Keyed(_)) { Sort::Unknown } else { Sort::Other };
+            let problem = Problem::of(origin, path, format!("unknown name {name:?}"))
+                .with_help(expectation(variants, name))
+                .sorted(sort);
             return Err(self.state.borrow_mut().refuse(problem, &self.path));
         }
         Ok((name, contents))
@@ -220,7 +225,8 @@ impl<'de> Deserializer<'de> for Reader<'_> {
                 if state.stands_in(&place) {
                     return Err(Failure::MissingField(field));
                 }
-                Err(state.refuse(Problem::of(&self.node.origin, &self.path, missing(field)), &place))
+                let problem = Problem::of(&self.node.origin, &self.path, missing(field)).sorted(Sort::Missing);
+                Err(state.refuse(problem, &place))
             }
             result => result,
         }

@@ -43,12 +43,17 @@ pub enum Origin {
     },
     /// On the command line.
     Override {
-        /// The argument as messages show it, `--set controller.c_p=3`.
-        text: String,
+        /// The argument as messages show it, `--set controller.c_p=3`; every value of the argument refers to this one text.
+        text: Arc<str>,
     },
 }
 
 impl Origin {
+    /// An argument of the command line, as messages show it.
+    pub fn argument(text: &str) -> Self {
+        Self::Override { text: text.into() }
+    }
+
     /// Sorts messages by file and place; those about the command line come last.
     pub(super) fn order(&self) -> (bool, &str, usize) {
         match self {

@@ -11,7 +11,7 @@ use super::ranges::read_ranges;
 use super::realtime::read_overrun;
 use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
-use crate::config::{Node, Problem, Problems, Source, Value, nearest, read};
+use crate::config::{Node, Problem, Problems, Sort, Source, Value, nearest, read};
 use crate::wiring::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -21,6 +21,9 @@ pub struct Selection {
     pub variant: Option<String>,
     /// Overrides in order.
     pub overrides: Vec<String>,
+    /// Whether the plant of every agent is a participant, whatever the scenario says: so a run that puts something in the place of
+    /// one of them decides.
+    pub plant_per_agent: bool,
 }
 
 /// A scenario: complete, and checked as far as no component is concerned.
@@ -131,6 +134,11 @@ impl Scenario {
         let variant = select_variant(&mut root, chosen, &variants)?;
         let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
         apply(&mut root, &rest)?;
+        if selection.plant_per_agent
+            && let Some(plant) = root.at_mut("plant").and_then(Node::as_table_mut)
+        {
+            plant.insert("per_agent", Node::from_override(Value::Bool(true), "plant.per_agent"));
+        }
         Ok((root, variant, variants))
     }
 
@@ -286,7 +294,7 @@ fn check_sections(root: &Node, problems: &mut Problems) {
     for (name, _) in table.iter().filter(|(name, _)| !SECTIONS.contains(name)) {
         let hint = nearest(name, SECTIONS.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
         let message = format!("unknown field, expected one of {}{}", SECTIONS.join(", "), hint.unwrap_or_default());
-        problems.at(root, name, message);
+        problems.at(root, name, message).sort = Sort::Unknown;
     }
 }
 

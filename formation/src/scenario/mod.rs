@@ -35,6 +35,7 @@ pub use graph::Graph;
 pub use load::{SECTIONS, Scenario, Selection};
 pub use lookup::LookupError;
 pub use obstacles::{Boundary, Obstacles};
+pub(crate) use overrides::Override;
 pub use proximity::{AdjacencyRow, Proximity};
 pub use ranges::FieldRange;
 pub use realtime::Overrun;

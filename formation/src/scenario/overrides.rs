@@ -2,7 +2,7 @@
 
 use super::SECTIONS;
 use super::adjacency::TWO_WAY_RING;
-use crate::config::{Node, Origin, Problem, Value, nearest};
+use crate::config::{Node, Origin, Problem, Sort, Value, nearest};
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
 const ALIASES: &[(&str, &str)] = &[
@@ -24,19 +24,37 @@ const MOST_AGENTS: usize = 1000;
 
 /// An override `PATH=VALUE` as the user wrote it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Override<'a> {
+pub(crate) struct Override<'a> {
     path: &'a str,
     value: &'a str,
-    text: &'a str,
+    /// The whole argument, which every value that it gives refers to.
+    origin: Origin,
 }
 
 impl<'a> Override<'a> {
     /// Splits `PATH=VALUE`.
-    pub(super) fn parse(text: &'a str) -> Result<Self, Problem> {
+    pub(crate) fn parse(text: &'a str) -> Result<Self, Problem> {
         match text.split_once('=') {
-            Some((path, value)) if !path.trim().is_empty() => Ok(Self { path: path.trim(), value: value.trim(), text }),
+            Some((path, value)) if !path.trim().is_empty() => {
+                Ok(Self { path: path.trim(), value: value.trim(), origin: Self::origin(text) })
+            }
             _ => Err(override_problem(text, "expected NAME=VALUE, such as controller.c_p=3")),
         }
+    }
+
+    /// The override `text` as messages name it.
+    pub(crate) fn origin(text: &str) -> Origin {
+        Origin::argument(&format!("--set {text}"))
+    }
+
+    /// A problem of the override `text`: there is no such field.
+    pub(crate) fn unknown(text: &str, message: &str) -> Problem {
+        override_problem(text, message).sorted(Sort::Unknown)
+    }
+
+    /// The full name of what it sets, where it is a short name for a field of every scenario; else the name as it was written.
+    pub(crate) fn path(&self) -> &'a str {
+        ALIASES.iter().find(|(alias, _)| *alias == self.path).map_or(self.path, |(_, path)| path)
     }
 
     /// Whether it sets the name `path`, and to what.
@@ -90,14 +108,14 @@ fn apply_one(root: &mut Node, o: &Override, given: Given) -> Result<(), Problem>
     let path = resolve(root, o)?;
     match path.strip_prefix("agents.*.") {
         Some(field) => set_column(root, field, o, given),
-        None => root.set(&path, o.value, &format!("--set {}", o.text)),
+        None => root.set(&path, o.value, &o.origin),
     }
 }
 
 /// The full path of what an override names.
 fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
-    if let Some((_, path)) = ALIASES.iter().find(|(alias, _)| *alias == o.path) {
-        return Ok((*path).into());
+    if o.path() != o.path {
+        return Ok(o.path().into());
     }
     // A field at the top can be set whether the file has it or not.
     if o.path.contains(['.', '[']) || root.at(o.path).is_some() || SECTIONS.contains(&o.path) {
@@ -111,7 +129,7 @@ fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
             let known = names.iter().map(String::as_str).chain(SECTIONS.iter().copied());
             let hint = nearest(o.path, known).map(|name| format!("; did you mean `{name}`?"));
             let message = format!("nothing in this scenario is called `{}`{}", o.path, hint.unwrap_or_default());
-            Err(problem(o, message))
+            Err(problem(o, message).sorted(Sort::Unknown))
         }
         several => Err(problem(o, format!("`{}` is ambiguous, write one of {}", o.path, several.join(", ")))),
     }
@@ -170,7 +188,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
         if let Some(table) = node.as_table_mut()
             && table.get("id").is_none()
         {
-            table.insert("id", Node::from_override(Value::Integer(row as i64), &format!("--set {}", o.text)));
+            table.insert("id", Node { value: Value::Integer(row as i64), origin: o.origin.clone() });
         }
         chosen.push(node);
     }
@@ -180,7 +198,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
     }
     // What is left of a strongly connected graph need not be one.
     if let Some(topology) = root.at_mut("topology").and_then(Node::as_table_mut) {
-        topology.insert("any_graph", Node::from_override(Value::Bool(true), &format!("--set {}", o.text)));
+        topology.insert("any_graph", Node { value: Value::Bool(true), origin: o.origin.clone() });
     }
     let pick = |nodes: &mut Vec<Node>| {
         if nodes.len() == count {
@@ -199,7 +217,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
 
 /// Sets one field of every agent: from a list, an entry each; from one value, the same for all.
 fn set_column(root: &mut Node, field: &str, o: &Override, given: Given) -> Result<(), Problem> {
-    let value = Node::parse_value(o.value, &format!("--set {}", o.text));
+    let value = Node::parse_value(o.value, &o.origin);
     let per_agent_length = usize::from(matches!(field, "position" | "velocity" | "estimate" | "estimate_velocity"));
     let depth = value.as_array().map_or(0, |items| 1 + usize::from(items.iter().any(|item| item.as_array().is_some())));
     let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut) else {
@@ -253,12 +271,12 @@ fn is_symmetric(matrix: &Node) -> bool {
 }
 
 fn problem(o: &Override, message: String) -> Problem {
-    override_problem(o.text, &message)
+    Problem::new(Some(o.origin.clone()), "", message)
 }
 
 /// A problem of the override `text` as a whole.
 pub(super) fn override_problem(text: &str, message: &str) -> Problem {
-    Problem::new(Some(Origin::Override { text: format!("--set {text}") }), "", message)
+    Problem::new(Some(Override::origin(text)), "", message)
 }
 
 #[cfg(test)]

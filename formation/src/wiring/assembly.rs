@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use super::ranges;
 use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
-use crate::config::{Node as ConfigNode, Problem, Problems, nearest};
+use crate::config::{Node as ConfigNode, Problem, Problems, Sort, nearest};
 use crate::scenario::{Scenario, Selection};
 
 /// The four roles of a participant.
@@ -255,7 +255,7 @@ pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> Strin
     }
 }
 
-fn read_components(
+pub(super) fn read_components(
     scenario: &Scenario,
     roles: &Roles,
     problems: &mut Problems,
@@ -301,7 +301,8 @@ fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut P
     table.remove("offset");
     table.remove("per_agent");
     let Some(node) = table.remove("kind") else {
-        problems.at(section, role.name(), format!("missing field `kind`, expected one of {}", names.join(", ")));
+        let message = format!("missing field `kind`, expected one of {}", names.join(", "));
+        problems.at(section, role.name(), message).sort = Sort::Missing;
         return None;
     };
     let found = node.as_str().unwrap_or_default();

@@ -57,7 +57,8 @@ impl Job {
     /// # Errors
     /// [`Failure`] if it cannot start or its log cannot be read; a run that stops early is no error.
     pub fn carry_out(&self, catalog: &Catalog, folder: &Path) -> Result<JobResult, Failure> {
-        let selection = Selection { variant: Some(self.variant.clone()), overrides: self.with.clone() };
+        let selection =
+            Selection { variant: Some(self.variant.clone()), overrides: self.with.clone(), ..Selection::default() };
         let assembly: Assembly = Assembly::load(self.shipped.file, self.shipped.text, &selection, &catalog.roles)
             .map_err(|problems: Vec<Problem>| Failure::Invalid(problems))?;
         let log = TemporaryLog(folder.join(format!("{}.mcap", self.name().replace(['/', ' '], "-"))));

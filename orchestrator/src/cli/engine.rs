@@ -18,6 +18,9 @@ pub(crate) struct VerifyArgs {
     /// Change a field of the scenario: --set NAME=VALUE; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", requires = "scenario")]
     pub(crate) set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing
+    #[arg(long, value_name = "NAME=VALUE", requires = "scenario")]
+    pub(crate) set_if_present: Vec<String>,
     /// Length of each run in s
     #[arg(long, value_name = "SECONDS", requires = "scenario")]
     pub(crate) duration: Option<String>,

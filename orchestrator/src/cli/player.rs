@@ -53,6 +53,9 @@ pub(crate) struct ConformArgs {
     /// Change a field of the scenario: --set NAME=VALUE; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "log")]
     pub(crate) set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with = "log")]
+    pub(crate) set_if_present: Vec<String>,
     /// Take the inputs from this log instead
     #[arg(long, value_name = "LOG.mcap")]
     pub(crate) log: Option<PathBuf>,

@@ -27,6 +27,9 @@ pub(crate) struct RobotArgs {
     /// Change a field of the scenario: --set NAME=VALUE; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", requires = "scenario")]
     pub(crate) set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing
+    #[arg(long, value_name = "NAME=VALUE", requires = "scenario")]
+    pub(crate) set_if_present: Vec<String>,
     /// TCP address at which it listens for its controller; port 0 takes any
     #[arg(long, default_value = "127.0.0.1:0", conflicts_with = "file")]
     pub(crate) listen: SocketAddr,

@@ -1,5 +1,6 @@
 //! `phalanx check`.
 
+use formation::scenario::Selection;
 use serde_json::{Value, json};
 
 use super::select::from_head;
@@ -12,7 +13,7 @@ use crate::run::players::Player;
 use crate::terminal::{columns, wrapped};
 
 pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> {
-    let assembly = from_head(catalog, &args.log, Vec::new())?;
+    let assembly = from_head(catalog, &args.log, &Selection::default())?;
     let scenario = &assembly.scenario;
     let (verdict, log) = Verdict::read(catalog, scenario, &args.log)?;
     let Some(verdict) = verdict else {

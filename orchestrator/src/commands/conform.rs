@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use serde_json::json;
 
@@ -51,21 +52,30 @@ pub(crate) fn supervise(args: &SuperviseArgs) -> std::process::ExitCode {
 /// The scenario of the log, or the one that is named, as long as the program is to be tried.
 fn short_scenario(catalog: &Catalog, args: &ConformArgs) -> Result<Assembly, Failure> {
     let whole = match &args.log {
-        Some(log) => from_head(catalog, log, Vec::new())?,
+        Some(log) => from_head(catalog, log, &Selection::default())?,
         None => assemble(catalog, &scenario_args(args, None))?,
     };
     let timing = whole.scenario.context.timing;
     let periods = (args.steps - 1).min(timing.periods());
     let duration = timing.period().time(periods);
     match &args.log {
-        Some(log) => from_head(catalog, log, vec![format!("timing.duration={duration}")]),
+        Some(log) => {
+            let overrides = vec![format!("timing.duration={duration}")];
+            from_head(catalog, log, &Selection { overrides, ..Selection::default() })
+        }
         None => assemble(catalog, &scenario_args(args, Some(duration.to_string()))),
     }
 }
 
 fn scenario_args(args: &ConformArgs, duration: Option<String>) -> ScenarioArgs {
-    let (scenario, variant, set) = (args.scenario.clone(), args.variant.clone(), args.set.clone());
-    ScenarioArgs { scenario, variant, set, dt: None, duration, seed: None }
+    ScenarioArgs {
+        scenario: args.scenario.clone(),
+        variant: args.variant.clone(),
+        set: args.set.clone(),
+        set_if_present: args.set_if_present.clone(),
+        duration,
+        ..ScenarioArgs::default()
+    }
 }
 
 /// `input=-20..20`.

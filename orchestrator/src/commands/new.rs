@@ -22,7 +22,7 @@ pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
         Some(variant) => format!("{there} --variant {}", quoted(variant)),
         None => there,
     };
-    let scenario = ScenarioArgs { scenario, variant, set: Vec::new(), dt: None, duration: None, seed: None };
+    let scenario = ScenarioArgs { scenario, variant, ..ScenarioArgs::default() };
     let order = Order {
         name: args.name.clone(),
         role: match args.role {

@@ -60,7 +60,7 @@ fn assembly_of(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembly, Failu
         return assemble(catalog, args);
     }
     let changes = [&args.variant, &args.dt, &args.duration, &args.seed];
-    if !args.set.is_empty() || changes.iter().any(|change| change.is_some()) {
+    if !args.set.is_empty() || !args.set_if_present.is_empty() || changes.iter().any(|change| change.is_some()) {
         return Err(Failure::Usage(format!(
             "{} is a log, which says everything about its run; profile its scenario instead to change something",
             path.display()

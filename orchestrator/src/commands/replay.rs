@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use processes::Settings;
 use serde_json::{Value, json};
@@ -31,8 +32,8 @@ const START_TIMEOUT: Duration = Duration::from_secs(30);
 
 pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure> {
     // A recorded plant of all agents can be compared with that of one.
-    let overrides = if names_one_plant(&args.only) { vec!["plant.per_agent=true".into()] } else { Vec::new() };
-    let assembly = from_head(catalog, &args.log, overrides)?;
+    let selection = Selection { plant_per_agent: names_one_plant(&args.only), ..Selection::default() };
+    let assembly = from_head(catalog, &args.log, &selection)?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
     let node = node.map_err(|reason| Failure::Usage(format!("--only {}: {reason}", args.only)))?;

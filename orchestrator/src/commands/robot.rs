@@ -11,7 +11,7 @@ use hardware::settings::{Emulator, Settings};
 use plant::Laboratory;
 use plant::laboratory::is_emulated;
 
-use super::select::find;
+use super::select::{add_present, find};
 use crate::catalog::Catalog;
 use crate::cli::RobotArgs;
 use crate::failure::Failure;
@@ -71,12 +71,16 @@ struct Job {
     poses: Option<SocketAddr>,
     emulator: Emulator,
     selection: Selection,
+    /// Overrides of fields that only some variants have.
+    if_present: Vec<String>,
 }
 
 impl Job {
     fn scenario(&self, catalog: &Catalog) -> Result<Scenario, Failure> {
         let (file, text) = find(catalog, &self.emulator.scenario)?;
-        Ok(Scenario::load(&file, &text, &self.selection)?)
+        let mut selection = self.selection.clone();
+        add_present(catalog, &file, &text, &mut selection, &self.if_present)?;
+        Ok(Scenario::load(&file, &text, &selection)?)
     }
 }
 
@@ -87,7 +91,7 @@ fn from_file(settings: &Settings, name: &str) -> Result<Job, Failure> {
     };
     let poses = Some(settings.mocap).filter(|address| address.port() != 0);
     let (body, listen) = (settings.body, settings.robot);
-    Ok(Job { body, listen, poses, emulator, selection: Selection::default() })
+    Ok(Job { body, listen, poses, emulator, selection: Selection::default(), if_present: Vec::new() })
 }
 
 fn from_arguments(args: &RobotArgs) -> Job {
@@ -98,8 +102,9 @@ fn from_arguments(args: &RobotArgs) -> Job {
         watchdog: hardware::settings::EMULATOR_WATCHDOG,
         laboratory: None,
     };
-    let selection = Selection { variant: args.variant.clone(), overrides: args.set.clone() };
-    Job { body: agent, listen: args.listen, poses: None, emulator, selection }
+    let selection = Selection { variant: args.variant.clone(), overrides: args.set.clone(), ..Selection::default() };
+    let if_present = args.set_if_present.clone();
+    Job { body: agent, listen: args.listen, poses: None, emulator, selection, if_present }
 }
 
 /// Ends this program when nobody holds the other end of its stdin any more.

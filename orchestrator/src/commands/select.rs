@@ -4,7 +4,7 @@ use std::path::Path;
 
 use formation::config::nearest;
 use formation::scenario::Selection;
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, present};
 
 use crate::catalog::Catalog;
 use crate::cli::ScenarioArgs;
@@ -22,9 +22,8 @@ pub(super) fn assemble(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembl
 pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
     let (file, text) = find(catalog, &args.scenario)?;
     let mut selection = selection(args);
-    if swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default())) {
-        selection.overrides.push("plant.per_agent=true".into());
-    }
+    selection.plant_per_agent = swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default()));
+    add_present(catalog, &file, &text, &mut selection, &args.set_if_present)?;
     let mut assembly = Assembly::load(&file, &text, &selection, &catalog.roles)?;
     if catalog.scenario(&args.scenario).is_none() {
         assembly.scenario.folder = Path::new(&file).parent().map(Path::to_path_buf);
@@ -45,17 +44,34 @@ pub(super) fn from_log(catalog: &Catalog, log: &Log) -> Result<Assembly, Failure
     Ok(Assembly::new(scenario_of(log)?, &catalog.roles)?)
 }
 
-/// The scenario that a log holds, with its components; of the samples, none is read. `overrides` come on top.
-pub(super) fn from_head(catalog: &Catalog, log: &Path, overrides: Vec<String>) -> Result<Assembly, Failure> {
+/// The scenario that a log holds, with its components; of the samples, none is read. What `selection` chooses comes on top.
+pub(super) fn from_head(catalog: &Catalog, log: &Path, selection: &Selection) -> Result<Assembly, Failure> {
     let head = Head::read(log)?;
-    let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), overrides)?;
+    let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), selection)?;
     Ok(Assembly::new(scenario, &catalog.roles)?)
 }
 
 fn selection(args: &ScenarioArgs) -> Selection {
     let short = [("timing.dt", &args.dt), ("timing.duration", &args.duration), ("seed", &args.seed)];
     let short = short.into_iter().filter_map(|(path, value)| Some(format!("{path}={}", value.as_ref()?)));
-    Selection { variant: args.variant.clone(), overrides: args.set.iter().cloned().chain(short).collect() }
+    let overrides = args.set.iter().cloned().chain(short).collect();
+    Selection { variant: args.variant.clone(), overrides, plant_per_agent: false }
+}
+
+/// Adds those of the overrides `conditional` to the selection whose field its variant has. The others are left out.
+pub(super) fn add_present(
+    catalog: &Catalog,
+    file: &str,
+    text: &str,
+    selection: &mut Selection,
+    conditional: &[String],
+) -> Result<(), Failure> {
+    let found = present(file, text, selection, conditional, &catalog.roles)?;
+    for left_out in conditional.iter().filter(|text| !found.contains(text)) {
+        tracing::info!("--set-if-present {left_out}: this variant has no such field");
+    }
+    selection.overrides.extend(found);
+    Ok(())
 }
 
 /// Name and text of a shipped scenario, or of a file.

@@ -97,9 +97,9 @@ fn verify_scenario(catalog: &Catalog, scenario: &str, args: &VerifyArgs) -> Resu
         scenario: scenario.into(),
         variant: args.variant.clone(),
         set: args.set.clone(),
-        dt: None,
+        set_if_present: args.set_if_present.clone(),
         duration: args.duration.clone(),
-        seed: None,
+        ..ScenarioArgs::default()
     };
     let assembly = assemble(catalog, &args_of_scenario)?;
     let swaps = Swap::collect(&assembly, &[])?;

@@ -13,10 +13,10 @@ use crate::log::Log;
 /// # Errors
 /// [`Failure`] if it holds none, or one that is not valid.
 pub(crate) fn scenario_of(log: &Log) -> Result<Scenario, Failure> {
-    scenario_in(log.path(), log.scenario_text(), log.metadata(), Vec::new())
+    scenario_in(log.path(), log.scenario_text(), log.metadata(), &Selection::default())
 }
 
-/// The scenario whose text and metadata stand in `log`; `overrides` come on top.
+/// The scenario whose text and metadata stand in `log`; what `selection` chooses comes on top.
 ///
 /// # Errors
 /// [`Failure`] if there is none, or it is not valid.
@@ -24,14 +24,13 @@ pub(crate) fn scenario_in(
     log: &Path,
     text: Option<&str>,
     metadata: Option<&BTreeMap<String, String>>,
-    overrides: Vec<String>,
+    selection: &Selection,
 ) -> Result<Scenario, Failure> {
     let file = log.display();
     let Some(text) = text else {
         return Err(Failure::Usage(format!("{file} holds no scenario; was it recorded by `phalanx run`?")));
     };
-    let selection = Selection { variant: None, overrides };
-    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, &selection)?;
+    let mut scenario = Scenario::load(&format!("{file} (scenario.toml)"), text, selection)?;
     let overrides = metadata.and_then(|metadata| metadata.get("overrides"));
     scenario.overrides = overrides.map(|text| text.lines().map(str::to_string).collect()).unwrap_or_default();
     Ok(scenario)

@@ -120,6 +120,7 @@ def run(
     placement: str = "single",
     swap: Mapping[str, str] | None = None,
     set: Mapping[str, Any] | None = None,
+    set_if_present: Mapping[str, Any] | None = None,
     options: Iterable[str] = (),
     **overrides: Any,
 ) -> Log:
@@ -129,7 +130,7 @@ def run(
     >>> log = phalanx.run("uav", set={"agents.2.position": [1, 2, 0]}, swap={"controller.3": "python3 mine.py"})
 
     ``overrides`` change fields of the scenario; ``__`` stands for the dot that a Python name cannot have, and ``set`` takes the
-    names as they are. ``out`` is the log, by default ``runs/<scenario>-<variant>.mcap``, which replaces that of an earlier run.
+    names as they are. ``set_if_present`` changes fields that only some variants have; in the others it does nothing. ``out`` is the log, by default ``runs/<scenario>-<variant>.mcap``, which replaces that of an earlier run.
     All participants run in one process unless ``placement`` says otherwise, and each that is swapped, here or in the scenario, in a
     process beside it: the result is the same, bit by bit. ``options`` are further options of ``phalanx run``.
 
@@ -145,6 +146,8 @@ def run(
     changes = {name.replace("__", "."): value for name, value in overrides.items()} | dict(set or {})
     for name, value in changes.items():
         arguments += ["--set", f"{name}={toml(value)}"]
+    for name, value in (set_if_present or {}).items():
+        arguments += ["--set-if-present", f"{name}={toml(value)}"]
     for node, command in (swap or {}).items():
         arguments += ["--swap", f"{node}={command}"]
     done = _start([*arguments, *options])

@@ -20,7 +20,7 @@ fn bench(name: &str, overrides: &[Vec<String>]) -> Bench {
 /// All problems of a shipped scenario with other components, as text.
 fn refusal(name: &str, overrides: &[Vec<String>]) -> String {
     let shipped = SCENARIOS.iter().find(|shipped| shipped.name == name).expect("a shipped scenario");
-    let selection = Selection { variant: None, overrides: overrides.iter().flatten().cloned().collect() };
+    let selection = Selection { overrides: overrides.iter().flatten().cloned().collect(), ..Selection::default() };
     match Assembly::load(shipped.file, shipped.text, &selection, &ROLES) {
         Ok(_) => panic!("{name} with {overrides:?} is not refused"),
         Err(problems) => problems.iter().map(|problem| problem.to_string()).collect::<Vec<_>>().join("\n"),

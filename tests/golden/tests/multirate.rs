@@ -9,7 +9,7 @@ use schemes::{ROLES, SCENARIOS};
 #[test]
 fn the_position_loop_is_ten_times_slower() {
     let shipped = SCENARIOS.iter().find(|shipped| shipped.name == "uav").expect("the drones");
-    let selection = Selection { variant: Some("multirate".into()), overrides: Vec::new() };
+    let selection = Selection { variant: Some("multirate".into()), ..Selection::default() };
     let assembly =
         Assembly::load(shipped.file, shipped.text, &selection, &ROLES).unwrap_or_else(|p| panic!("{}", p[0]));
     let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();

@@ -16,7 +16,7 @@ position = [1, 0, 0]
 
 fn with(path: &str, value: &str) -> Result<Node, Problem> {
     let mut node = parsed(BASE);
-    node.set(path, value, &format!("--set {path}={value}")).map(|()| node)
+    node.set(path, value, &Origin::argument(&format!("--set {path}={value}"))).map(|()| node)
 }
 
 fn overlaid(text: &str) -> Result<Node, Problem> {
@@ -75,10 +75,10 @@ fn set_says_what_does_not_exist() {
 #[test]
 fn another_kind_drops_the_parameters_of_the_file() {
     let mut node = parsed(BASE);
-    node.set("controller.k_p", "2", "--set controller.k_p=2").unwrap();
-    node.set("controller.kind", "toc", "--set controller.kind=toc").unwrap();
+    node.set("controller.k_p", "2", &Origin::argument("--set controller.k_p=2")).unwrap();
+    node.set("controller.kind", "toc", &Origin::argument("--set controller.kind=toc")).unwrap();
     assert_eq!(shown(&node, "controller.c_p"), "1.5");
-    node.set("controller.kind", "other", "--set controller.kind=other").unwrap();
+    node.set("controller.kind", "other", &Origin::argument("--set controller.kind=other")).unwrap();
     assert_eq!(shown(&node, "controller"), "kind = \"other\"\nk_p = 2\n");
 }
 
@@ -120,7 +120,7 @@ fn leaves_are_found_by_name() {
     assert_eq!(node.find_leaf("position"), ["agents.*.position"]);
     assert_eq!(node.find_leaf("mass"), ["agents.*.mass"]);
     assert!(node.find_leaf("controller").is_empty());
-    node.set("controller.phase", "1", "").unwrap();
+    node.set("controller.phase", "1", &Origin::argument("")).unwrap();
     assert_eq!(node.find_leaf("phase"), ["controller.phase", "parameters.phase"]);
     assert_eq!(node.leaf_names(), ["agents", "c_p", "dt", "kind", "mass", "phase", "position"]);
 }
@@ -163,4 +163,17 @@ fn written_scenarios_are_readable() {
         "gate = { kind = \"ramp\" }\n",
     );
     assert_eq!(node.to_toml(), text);
+}
+
+#[test]
+fn the_values_of_an_argument_share_its_text() {
+    let text = format!("--set b=[{}]", "1,".repeat(200_000));
+    let origin = Origin::argument(&text);
+    let Origin::Override { text: shared } = &origin else { panic!("an argument") };
+    let list = Node::parse_value(&text["--set b=".len()..], &origin);
+    let elements = list.as_array().expect("a list");
+    assert_eq!(elements.len(), 200_000);
+    let shares =
+        |node: &Node| matches!(&node.origin, Origin::Override { text } if std::sync::Arc::ptr_eq(text, shared));
+    assert!(elements.iter().chain([&list]).all(shares));
 }

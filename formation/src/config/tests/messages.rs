@@ -68,7 +68,7 @@ fn a_wrong_type_is_named() {
 fn an_override_is_named_instead_of_a_line() {
     let mut node = parsed("dt = 0.1\n[controller]\nlam_p = 1\nc_p = 1\nk_p = 1\n");
     for (path, value) in [("controller.c_q", "3"), ("controller.c_p", "[1]")] {
-        node.set(path, value, &format!("--set {path}={value}")).unwrap();
+        node.set(path, value, &Origin::argument(&format!("--set {path}={value}"))).unwrap();
     }
     let mut problems = Problems::default();
     assert!(read::<Scenario>(&node, "", &mut problems).is_none());

@@ -85,7 +85,7 @@ proptest! {
         let problem = match Node::parse(source(&text)) {
             Err(problem) => problem.to_string(),
             Ok(mut node) => {
-                let _ = node.set(&path, &text, "--set");
+                let _ = node.set(&path, &text, &Origin::argument("--set"));
                 let mut problems = Problems::default();
                 read::<Sample>(&node, "", &mut problems);
                 problems.at(&node, &path, "");
@@ -98,7 +98,7 @@ proptest! {
     #[test]
     fn no_tree_panics(mut scenario in scenario(), overlay in scenario(), path in "[a-z.0-9\\[\\]*\"]{0,9}", text: String) {
         let _ = scenario.overlay(overlay);
-        let _ = scenario.set(&path, &text, "--set");
+        let _ = scenario.set(&path, &text, &Origin::argument("--set"));
         let mut problems = Problems::default();
         let read = read::<Sample>(&scenario, "", &mut problems);
         prop_assert_eq!(read.is_none(), !problems.is_empty());
@@ -115,7 +115,7 @@ proptest! {
     fn set_then_at_agree(key in key(), value: i64) {
         let path = super::super::path::join("", &key);
         let mut root = parsed("");
-        root.set(&path, &value.to_string(), "--set").unwrap();
+        root.set(&path, &value.to_string(), &Origin::argument("--set")).unwrap();
         prop_assert_eq!(root.at(&path).and_then(Node::as_i64), Some(value));
     }
 }

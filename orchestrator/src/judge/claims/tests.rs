@@ -172,7 +172,7 @@ fn rows_are_checked() {
 fn claims_of_shipped_scenarios_are_well_formed() {
     for shipped in SCENARIOS {
         let load = |variant: Option<String>| {
-            let selection = Selection { variant, overrides: Vec::new() };
+            let selection = Selection { variant, ..Selection::default() };
             Scenario::load(shipped.file, shipped.text, &selection).unwrap_or_else(|problems| panic!("{}", problems[0]))
         };
         let count = |scenario: &Scenario| Claims::read(scenario).unwrap_or_else(|problem| panic!("{problem}")).len();

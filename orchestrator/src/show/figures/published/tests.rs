@@ -17,7 +17,7 @@ fn own_figures() -> Vec<Figure> {
 fn assembly(scenario: &str, variant: &str) -> Assembly {
     let shipped =
         schemes::SCENARIOS.iter().find(|shipped| shipped.name == scenario).expect("a scenario that is shipped");
-    let selection = Selection { variant: Some(variant.into()), overrides: Vec::new() };
+    let selection = Selection { variant: Some(variant.into()), ..Selection::default() };
     Assembly::load(shipped.file, shipped.text, &selection, &schemes::ROLES).expect("a valid variant")
 }
 
