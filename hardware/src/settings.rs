@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 
-use formation::config::{Node, Problem, Problems, Source, read};
+use formation::config::{Node, Problem, Problems, Source, read, read_text};
 use lockstep::{LONGEST_WAIT, wait_time};
 use plant::Laboratory;
 use serde::{Deserialize, Serialize};
@@ -143,8 +143,8 @@ impl Settings {
     /// Everything that is wrong with it, each with its place.
     pub fn load(path: &Path) -> Result<Self, Vec<Problem>> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| vec![Problem::new(None, "", format!("cannot read {name}: {error}"))])?;
+        let text =
+            read_text(path).map_err(|error| vec![Problem::new(None, "", format!("cannot read {name}: {error}"))])?;
         Self::parse(&name, &text)
     }
 

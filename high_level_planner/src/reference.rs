@@ -1,7 +1,8 @@
 //! The planner without a plan of its own: publishes the reference of the scenario.
 
+use formation::formula::Jet;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Component, Refusal};
+use formation::wiring::{Bind, Checks, Component, Refusal};
 use lockstep::{Fault, Field, Io, Out, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -14,6 +15,21 @@ use crate::Trajectory;
 pub struct Reference {}
 
 impl Component for Reference {
+    /// The third derivative, which only this planner publishes; the others are checked with the formulas.
+    fn check(&self, context: &Context) -> Checks {
+        let finding = context.reference.iter().enumerate().find_map(|(agent, formulas)| {
+            let jets = formulas.iter().map(|formula| formula.evaluate_jet(&[Jet::time(0.0)]));
+            jets.enumerate().find_map(|(coordinate, jet)| {
+                let others = [jet.value, jet.rate, jet.acceleration];
+                let only_jerk = others.iter().all(|value| value.is_finite()) && !jet.jerk.is_finite();
+                only_jerk.then_some((agent + 1, coordinate + 1, jet.jerk))
+            })
+        });
+        let Some((agent, coordinate, jerk)) = finding else { return Checks::default() };
+        let message = format!("its third derivative is {jerk} at t = 0 for agent {agent}");
+        Checks::default().require(false, &format!("/reference.position.{coordinate}"), message)
+    }
+
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
         ["position", "velocity", "acceleration", "jerk"].map(|name| Field::vector(name, 3, "")).into()
     }

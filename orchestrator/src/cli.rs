@@ -19,6 +19,7 @@ pub(crate) use documents::{ManArgs, program};
 use documents::{SCHEMA_HELP, after_help};
 pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
 use engine::{factor, wait_time};
+use formation::config::readable;
 use lockstep::Wake;
 pub(crate) use look::{EchoArgs, ExportArgs, LayoutArgs, PlotArgs, ReportArgs};
 pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
@@ -364,9 +365,33 @@ impl Command {
     }
 }
 
+/// What a failure says. Problems of a scenario show lines of files as they are, and shorten the rest themselves.
+fn sentence(failure: &Failure) -> String {
+    match failure {
+        Failure::Invalid(_) => failure.to_string(),
+        other => readable(&other.to_string()),
+    }
+}
+
+/// The command line, or what is wrong with it and the exit code.
+fn parsed() -> Result<Cli, ExitCode> {
+    Cli::try_parse().map_err(|error| {
+        let text = error.render().to_string();
+        let shown = readable(&text);
+        if error.use_stderr() && shown != text {
+            eprint!("{shown}");
+            return ExitCode::from(Failure::Usage(String::new()).exit_code());
+        }
+        error.exit()
+    })
+}
+
 /// Runs the program and returns its exit code.
 pub fn main(catalog: &Catalog) -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match parsed() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
     let (quiet, directory) = match &cli.command {
         Command::Run(args) => (args.quiet, args.log_dir.as_deref()),
         _ => (0, None),
@@ -434,7 +459,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
-                eprintln!("error: {failure}");
+                eprintln!("error: {}", sentence(&failure));
             }
             if let Some(advice) = failure.advice() {
                 eprintln!("help: {advice}");

@@ -35,5 +35,6 @@ mod stopping;
 mod swaps;
 mod tap;
 mod tutorial;
+mod validation;
 mod watch;
 mod web;

@@ -12,7 +12,9 @@
 //! [`Diagonal`] one that differs between channels.
 
 mod access;
+mod brief;
 mod diagonal;
+mod file;
 mod nearest;
 mod node;
 mod overlay;
@@ -31,7 +33,10 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use brief::around;
+pub use brief::{brief, readable};
 pub use diagonal::Diagonal;
+pub use file::{TextError, read_text};
 pub use nearest::nearest;
 pub use node::{Node, Value};
 pub use per_agent::PerAgent;

@@ -10,7 +10,7 @@ use super::path::join;
 use super::{DEPTH_LIMIT, Entry, Node, Origin, Problem, Source, Value};
 
 /// Scenarios have a few kilobytes.
-const SIZE_LIMIT: usize = 4 << 20;
+pub(super) const SIZE_LIMIT: usize = 4 << 20;
 
 impl Node {
     /// Parses a file.

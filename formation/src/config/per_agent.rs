@@ -5,6 +5,7 @@ use std::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::brief;
 use crate::formula::{Expression, Formula, Operand};
 
 /// A number for every agent: one for all, a list, or a formula of the agent's number `i` and the number of agents `N`,
@@ -46,7 +47,7 @@ impl PerAgent {
             Rule::Formula { text, formula } => {
                 let value = formula.evaluate(&[f64::from(id), agents as f64]);
                 let finite = value.is_finite().then_some(value);
-                finite.ok_or_else(|| format!("the value of {text:?} for agent {id} of {agents} is {value}"))
+                finite.ok_or_else(|| format!("the value of {:?} for agent {id} of {agents} is {value}", brief(text)))
             }
         }
     }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use super::brief::readable_problem;
 use super::source::floor_char_boundary;
-use super::{Node, Origin};
+use super::{Node, Origin, brief};
 
 /// One mistake.
 ///
@@ -67,7 +68,7 @@ impl fmt::Display for Problem {
         let mut excerpt = None;
         match &self.origin {
             None => {}
-            Some(Origin::Override { text }) => write!(f, "{}: ", printable(text))?,
+            Some(Origin::Override { text }) => write!(f, "{}: ", printable(&brief(text)))?,
             Some(Origin::File { source, span }) if *span == (0..source.text.len()) => write!(f, "{}: ", source.name)?,
             Some(Origin::File { source, span }) => {
                 let (number, line, start) = source.line(span.start);
@@ -79,9 +80,9 @@ impl fmt::Display for Problem {
             }
         }
         if !self.path.is_empty() {
-            write!(f, "{}: ", self.path)?;
+            write!(f, "{}: ", brief(&self.path))?;
         }
-        f.write_str(&self.message)?;
+        f.write_str(&readable_problem(&self.message))?;
         let gutter = " ".repeat(excerpt.as_ref().map_or(1, |(number, ..)| number.len() + 2));
         if let Some((number, line, first, marks)) = excerpt.filter(|(_, line, ..)| line.len() <= LONGEST_EXCERPT) {
             // Tabs stay tabs below the line, or the marks would not be below their text.
@@ -89,7 +90,7 @@ impl fmt::Display for Problem {
                 line[..first].chars().map(|character| if character == '\t' { '\t' } else { ' ' }).collect();
             write!(f, "\n{gutter}|\n {number} | {}\n{gutter}| {indent}{}", printable(line), "^".repeat(marks))?;
         }
-        self.help.as_ref().map_or(Ok(()), |help| write!(f, "\n{gutter}= {help}"))
+        self.help.as_ref().map_or(Ok(()), |help| write!(f, "\n{gutter}= {}", readable_problem(help)))
     }
 }
 

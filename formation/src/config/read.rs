@@ -9,7 +9,7 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed};
 
 use super::reader::Reader;
 use super::stand_in::StandIn;
-use super::{Node, Origin, Problem, Problems, Sort, nearest};
+use super::{Node, Origin, Problem, Problems, Sort, brief, nearest};
 
 /// Reads `node`, found at `path` in its file, as a `T`. All mistakes are added to `problems`; if there were any, there
 /// is no value.
@@ -224,11 +224,17 @@ impl de::Error for Failure {
     }
 
     fn unknown_variant(found: &str, expected: &'static [&'static str]) -> Self {
-        Failure::Mistake { message: format!("unknown name {found:?}"), help: Some(expectation(expected, found)) }
+        Failure::Mistake {
+            message: format!("unknown name {:?}", brief(found)),
+            help: Some(expectation(expected, found)),
+        }
     }
 
     fn unknown_field(found: &str, expected: &'static [&'static str]) -> Self {
-        Failure::Mistake { message: format!("unknown field {found:?}"), help: Some(expectation(expected, found)) }
+        Failure::Mistake {
+            message: format!("unknown field {:?}", brief(found)),
+            help: Some(expectation(expected, found)),
+        }
     }
 
     fn missing_field(field: &'static str) -> Self {

@@ -9,7 +9,7 @@ use super::access::{Choice, Contents, Elements, Fields};
 use super::overlay::KIND;
 use super::path::join;
 use super::read::{Failure, State, expectation, missing};
-use super::{Entry, Node, Problem, Sort, Value};
+use super::{Entry, Node, Problem, Sort, Value, brief};
 use crate::formula::Expression;
 
 /// A node to be read, with its path.
@@ -57,7 +57,10 @@ impl<'a> Reader<'a> {
     }
 
     fn fields(&self, expected: Option<&'static [&'static str]>) -> Result<Fields<'a>, Failure> {
-        let table = self.node.as_table().ok_or_else(|| self.unexpected("a table"))?;
+        let table = self.node.as_table().ok_or_else(|| match expected {
+            Some(fields @ [_, ..]) => self.unexpected(&format!("a table with {}", fields.join(", "))),
+            _ => self.unexpected("a table"),
+        })?;
         Ok(Fields::new(self, table, expected))
     }
 
@@ -93,7 +96,7 @@ impl<'a> Reader<'a> {
             let (origin, path) = place.unwrap_or((&self.node.origin, self.path.clone()));
             // A name that is a key stands where a field of the variant might.
             let sort = if matches!(contents, Contents::Keyed(_)) { Sort::Unknown } else { Sort::Other };
-            let problem = Problem::of(origin, path, format!("unknown name {name:?}"))
+            let problem = Problem::of(origin, path, format!("unknown name {:?}", brief(name)))
                 .with_help(expectation(variants, name))
                 .sorted(sort);
             return Err(self.state.borrow_mut().refuse(problem, &self.path));

@@ -6,6 +6,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use crate::config::brief;
 use crate::math::Topology;
 
 /// Name of the directed ring, which is also what is taken without `topology.A`.
@@ -59,7 +60,8 @@ impl<'de> Visitor<'de> for AdjacencyVisitor {
             RING => Ok(Adjacency::Ring),
             TWO_WAY_RING => Ok(Adjacency::TwoWayRing),
             _ => Err(E::custom(format!(
-                "expected a matrix (a list of rows), \"{RING}\" or \"{TWO_WAY_RING}\", found {name:?}"
+                "expected a matrix (a list of rows), \"{RING}\" or \"{TWO_WAY_RING}\", found {:?}",
+                brief(name)
             ))),
         }
     }

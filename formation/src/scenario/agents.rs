@@ -100,6 +100,26 @@ pub(super) struct Row {
     upsilon: Option<f64>,
 }
 
+/// The fields of a row.
+pub(super) const AGENT_FIELDS: &[&str] = &[
+    "id",
+    "position",
+    "velocity",
+    "estimate",
+    "estimate_velocity",
+    "order",
+    "m",
+    "R",
+    "R_hat",
+    "I",
+    "fric",
+    "Jx",
+    "Jy",
+    "Jz",
+    "K",
+    "upsilon",
+];
+
 /// Reads the rows; what is wrong goes to `problems`.
 pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut Problems) -> Vec<Agent> {
     let Some(rows) = root.at("agents").and_then(Node::as_array) else {
@@ -108,6 +128,9 @@ pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut 
     };
     if rows.is_empty() {
         problems.at(root, "agents", "expected at least one agent");
+    }
+    if let Some(message) = section.order.and_then(|order| section.wrong_order(order)) {
+        problems.at(root, "vehicle.order", message);
     }
     let mut agents = Vec::new();
     for (index, node) in rows.iter().enumerate() {
@@ -120,6 +143,20 @@ pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut 
         agents.push(reader.agent(index as u32 + 1));
     }
     agents
+}
+
+impl VehicleSection {
+    /// What is wrong with this order for the vehicle, if anything.
+    fn wrong_order(&self, order: u32) -> Option<String> {
+        let expected = match self.kind {
+            VehicleKind::Omni if order == 1 || order == 2 => return None,
+            VehicleKind::Omni => "expected 1 (wheel speeds) or 2 (wheel forces)",
+            _ if order == 2 => return None,
+            VehicleKind::Integrator => "the inputs of an integrator are accelerations, so expected 2 or no order",
+            VehicleKind::Quadcopter => "a quadcopter has forces and torques as inputs, so expected 2 or no order",
+        };
+        Some(format!("{expected}, found {order}"))
+    }
 }
 
 struct RowReader<'a> {
@@ -150,6 +187,9 @@ impl RowReader<'_> {
     }
 
     fn vehicle(&mut self) -> Vehicle {
+        if let Some(message) = self.row.order.and_then(|order| self.section.wrong_order(order)) {
+            self.report("order", message);
+        }
         match self.section.kind {
             VehicleKind::Quadcopter => {
                 let quadcopter = Quadcopter {
@@ -160,17 +200,17 @@ impl RowReader<'_> {
                         self.positive("Jy", self.row.inertia_y),
                         self.positive("Jz", self.row.inertia_z),
                     ],
-                    drag: self.row.drag.unwrap_or(0.0),
+                    drag: self.coefficient("K", self.row.drag),
                     torque_factor: self.positive("upsilon", self.row.upsilon),
                 };
                 Vehicle::Quadcopter(quadcopter)
             }
             VehicleKind::Integrator => Vehicle::Omni(Omni {
                 drive: Drive::Acceleration,
-                radius: self.row.radius.unwrap_or(1.0),
-                mass: self.row.m.unwrap_or(1.0),
-                inertia: self.row.inertia.unwrap_or(1.0),
-                friction: self.row.fric.unwrap_or(0.0),
+                radius: self.positive_or_one("R", self.row.radius),
+                mass: self.positive_or_one("m", self.row.m),
+                inertia: self.positive_or_one("I", self.row.inertia),
+                friction: self.coefficient("fric", self.row.fric),
             }),
             VehicleKind::Omni => self.omni(),
         }
@@ -180,10 +220,8 @@ impl RowReader<'_> {
         let drive = match self.row.order.or(self.section.order) {
             Some(1) => Drive::Speed,
             Some(2) => Drive::Force,
-            Some(other) => {
-                self.report("order", format!("expected 1 (wheel speeds) or 2 (wheel forces), found {other}"));
-                Drive::Force
-            }
+            // Reported where it stands. What forces need besides is not asked for, as they may not be meant.
+            Some(_) => Drive::Speed,
             None => {
                 self.report("order", "missing: 1 (wheel speeds) or 2 (wheel forces), here or in `[vehicle]`".into());
                 Drive::Force
@@ -192,9 +230,9 @@ impl RowReader<'_> {
         let radius = self.positive("R", self.row.radius);
         let (mass, inertia) = match drive {
             Drive::Force => (self.positive("m", self.row.m), self.positive("I", self.row.inertia)),
-            _ => (self.row.m.unwrap_or(1.0), self.row.inertia.unwrap_or(1.0)),
+            _ => (self.positive_or_one("m", self.row.m), self.positive_or_one("I", self.row.inertia)),
         };
-        Vehicle::Omni(Omni { drive, radius, mass, inertia, friction: self.row.fric.unwrap_or(0.0) })
+        Vehicle::Omni(Omni { drive, radius, mass, inertia, friction: self.coefficient("fric", self.row.fric) })
     }
 
     fn nominal(&mut self, vehicle: &Vehicle) -> Vehicle {
@@ -215,6 +253,22 @@ impl RowReader<'_> {
             None => self.report(field, format!("missing field `{field}`, which this vehicle needs")),
         }
         1.0
+    }
+
+    /// A parameter > 0 that may be left out, and is 1 then.
+    fn positive_or_one(&mut self, field: &str, value: Option<f64>) -> f64 {
+        value.map_or(1.0, |value| self.positive(field, Some(value)))
+    }
+
+    /// A finite coefficient that may be left out, and is 0 then.
+    fn coefficient(&mut self, field: &str, value: Option<f64>) -> f64 {
+        match value {
+            Some(value) if !value.is_finite() => {
+                self.report(field, format!("expected a finite number, found {value}"));
+                0.0
+            }
+            value => value.unwrap_or(0.0),
+        }
     }
 
     /// Values of all coordinates. Fewer than there are mean that the rest (a quadcopter's angles) is 0.

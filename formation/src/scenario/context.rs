@@ -10,7 +10,7 @@ use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, Sort, read};
-use crate::formula::Formula;
+use crate::formula::{Formula, Jet};
 use crate::math::Topology;
 use crate::vehicle::Actuator;
 
@@ -135,13 +135,21 @@ impl Context {
         }
         check_keys(root, "reference", &["position", "define"], problems);
         let formulas = Formulas { root, section: "reference", variables: vec![("t", 0)] };
+        let finding = |formula: &Formula| {
+            let jet = formula.evaluate_jet(&[Jet::time(0.0)]);
+            let named = [("value", jet.value), ("velocity", jet.rate), ("acceleration", jet.acceleration)];
+            named.iter().find(|(_, value)| !value.is_finite()).map(|(name, value)| format!("its {name} is {value}"))
+        };
+        let mut is_finite = problems.is_empty();
         for agent in &self.agents {
-            let compiled =
-                formulas.compile("position", Self::REFERENCE_COORDINATES, &|name| self.constant(agent, name), problems);
-            match compiled {
-                Some(compiled) => self.reference.push(compiled),
-                None => return,
-            }
+            let constant = |name: &str| self.constant(agent, name);
+            let Some(compiled) = formulas.compile("position", Self::REFERENCE_COORDINATES, &constant, problems) else {
+                return;
+            };
+            // Only the first agent is reported, and only if the numbers are those of the scenario.
+            is_finite =
+                is_finite && formulas.check_start("position", agent.number, &compiled, &constant, &finding, problems);
+            self.reference.push(compiled);
         }
     }
 
@@ -159,15 +167,26 @@ impl Context {
                 .chain(generic.iter().map(String::as_str).zip(1..))
                 .collect();
             let formulas = Formulas { root, section: "disturbance", variables };
-            let before = problems.iter().count();
+            let before = problems.len();
+            let is_sound = problems.is_empty();
+            let constant = |name: &str| self.constant(agent, name);
+            let slots: Vec<f64> = [0.0].iter().chain(&agent.position).chain(&agent.velocity).copied().collect();
+            let finding = |formula: &Formula| {
+                let value = formula.evaluate(&slots);
+                (!value.is_finite()).then(|| format!("its value is {value}"))
+            };
             let mut list = |field: &str| {
-                formulas.compile(field, length, &|name| self.constant(agent, name), problems).unwrap_or_default()
+                let compiled = formulas.compile(field, length, &constant, problems).unwrap_or_default();
+                if is_sound {
+                    formulas.check_start(field, agent.number, &compiled, &constant, &finding, problems);
+                }
+                compiled
             };
             let first_order = vehicle.order() == 1 && root.at("disturbance.matched_first_order").is_some();
             let matched = list(if first_order { "matched_first_order" } else { "matched" });
             let mismatched = if vehicle.order() == 1 { Vec::new() } else { list("mismatched") };
             self.disturbance.push(Disturbance { matched, mismatched });
-            if problems.iter().count() > before {
+            if problems.len() > before {
                 return; // the other agents would repeat it
             }
         }

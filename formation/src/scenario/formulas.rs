@@ -1,6 +1,6 @@
 //! Formulas of a scenario, compiled for each agent.
 
-use crate::config::{Node, Problem, Problems, nearest};
+use crate::config::{Node, Problem, Problems, around, nearest};
 use crate::formula::{Expression, Formula, Operand};
 
 /// A list of formulas and the names that they may use.
@@ -39,6 +39,40 @@ impl Formulas<'_> {
             .filter_map(|(index, node)| self.one(node, &format!("{path}.{}", index + 1), &defined, constant, problems));
         let formulas: Vec<Formula> = formulas.collect();
         (formulas.len() == length).then_some(formulas)
+    }
+
+    /// Reports the first of the compiled formulas of `field` whose value at the start of a run is not finite; `value` gives what
+    /// is wrong with it, such as "its value is NaN". Whether all are finite.
+    pub(super) fn check_start(
+        &self,
+        field: &str,
+        agent: u32,
+        formulas: &[Formula],
+        constant: &dyn Fn(&str) -> Option<f64>,
+        finding: &dyn Fn(&Formula) -> Option<String>,
+        problems: &mut Problems,
+    ) -> bool {
+        let Some((index, found)) = formulas.iter().enumerate().find_map(|(k, formula)| Some((k, finding(formula)?)))
+        else {
+            return true;
+        };
+        let path = format!("{}.{field}.{}", self.section, index + 1);
+        let Some(node) = self.root.at(&path) else { return true };
+        let text = |node: &Node| around(node.as_str().unwrap_or_default(), 0);
+        let message = format!("{found} at t = 0 for agent {agent}: \"{}\"", text(node));
+        let mut problem = Problem::new(Some(node.origin.clone()), path, message);
+        // A sub-formula may be to blame.
+        let names = node.as_str().and_then(|text| Expression::parse(text).ok());
+        let names: Vec<String> = names.iter().flat_map(Expression::names).map(str::to_string).collect();
+        let defined = self.definitions(constant, &mut Problems::default()).unwrap_or_default();
+        let to_blame = defined.iter().find(|(name, formula)| names.contains(name) && finding(formula).is_some());
+        if let Some((name, _)) = to_blame {
+            let path = format!("{}.define.{name}", self.section);
+            let text = self.root.at(&path).map(text).unwrap_or_default();
+            problem = problem.with_help(format!("because of {path}, \"{text}\""));
+        }
+        problems.push(problem);
+        false
     }
 
     fn definitions(
@@ -96,7 +130,8 @@ impl Formulas<'_> {
                     .collect();
                 let hint =
                     nearest(&found, names.chain(["i", "N", "pi"])).map(|name| format!("; did you mean `{name}`?"));
-                let message = format!("{} in \"{text}\"{}", error.message, hint.unwrap_or_default());
+                let message =
+                    format!("{} in \"{}\"{}", error.message, around(&text, error.offset), hint.unwrap_or_default());
                 problems.push(Problem::new(Some(node.origin.clone()), path, message));
                 None
             }

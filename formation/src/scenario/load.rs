@@ -134,7 +134,9 @@ impl Scenario {
         let variant = select_variant(&mut root, chosen, &variants)?;
         let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
         apply(&mut root, &rest)?;
-        if selection.plant_per_agent
+        let names_one = |(name, _): &(String, String)| name.starts_with("plant_");
+        let is_swapped = read_swaps(&root, &mut Problems::default()).iter().any(names_one);
+        if (selection.plant_per_agent || is_swapped)
             && let Some(plant) = root.at_mut("plant").and_then(Node::as_table_mut)
         {
             plant.insert("per_agent", Node::from_override(Value::Bool(true), "plant.per_agent"));
@@ -202,6 +204,11 @@ impl Scenario {
             expectations,
             root,
         })
+    }
+
+    /// Its name with that of its variant, if it has any: `uav TSC`, `triangle`.
+    pub fn label(&self) -> String {
+        [self.name.as_str(), &self.variant].join(" ").trim_end().to_string()
     }
 
     /// A section of the effective scenario.

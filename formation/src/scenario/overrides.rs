@@ -2,7 +2,9 @@
 
 use super::SECTIONS;
 use super::adjacency::TWO_WAY_RING;
-use crate::config::{Node, Origin, Problem, Sort, Value, nearest};
+use super::agents::AGENT_FIELDS;
+use super::renumber::{Renumbering, repeat_emulators};
+use crate::config::{Node, Origin, Problem, Sort, Value, brief, nearest};
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
 const ALIASES: &[(&str, &str)] = &[
@@ -15,8 +17,22 @@ const ALIASES: &[(&str, &str)] = &[
     ("vhat0", "agents.*.estimate_velocity"),
     ("Rhat", "agents.*.R_hat"),
     ("ids", "agents.*.id"),
+    ("A", "topology.A"),
     ("A1", "topology.A"),
+    ("b", "topology.b"),
+    ("UM", "vehicle.UM"),
     ("any_graph", "topology.any_graph"),
+];
+
+/// Names of other specifications for what is said in another way here.
+const FOREIGN: &[(&str, &str)] = &[
+    (
+        "control_hz",
+        "controllers run at every step, or at every `controller.every`-th: set `timing.dt`, such as dt=0.02 for 50 Hz",
+    ),
+    ("Ts", "the length of a step is `timing.dt`"),
+    ("t_end", "the length of a run is `timing.duration`"),
+    ("num_agents", "the number of agents is `N`"),
 ];
 
 /// More than these are taken for a mistake.
@@ -70,12 +86,22 @@ struct Given {
     adjacency: bool,
     /// How many there are.
     count: bool,
+    /// Which ones of the file there are, by their numbers.
+    rows: bool,
+    /// How many there are, whatever positions are given.
+    chosen: bool,
 }
 
 /// Applies all overrides to the tree: first those that change the number of agents, then the rest in their order.
 pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), Problem> {
     let any_of = |names: &[&str]| overrides.iter().any(|o| names.contains(&o.path));
-    let given = Given { adjacency: any_of(&["A", "A1", "topology.A"]), count: any_of(&["agents", "N", "x0"]) };
+    let rows = overrides.iter().any(chooses_rows);
+    let given = Given {
+        adjacency: any_of(&["A", "A1", "topology.A"]),
+        count: any_of(&["agents", "N", "x0"]),
+        rows,
+        chosen: rows || any_of(&["N"]),
+    };
     let rank = |o: &Override| match o.path {
         "agents" => 0,
         "N" => 1,
@@ -87,13 +113,12 @@ pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), Probl
     for o in ordered {
         apply_one(root, o, given)?;
     }
-    // Whatever else changed the number of agents: who says how many there are has the last word.
-    match overrides.iter().rev().find(|o| o.path == "N") {
-        Some(o) if agents_len(root) != count_of(o)? => {
-            Err(problem(o, format!("the other overrides make {} agents", agents_len(root))))
-        }
-        _ => Ok(()),
-    }
+    Ok(())
+}
+
+/// Whether it chooses agents of the file by their numbers.
+fn chooses_rows(o: &Override) -> bool {
+    o.path == "agents" && selected_rows(o.value).is_some()
 }
 
 fn apply_one(root: &mut Node, o: &Override, given: Given) -> Result<(), Problem> {
@@ -121,15 +146,24 @@ fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
     if o.path.contains(['.', '[']) || root.at(o.path).is_some() || SECTIONS.contains(&o.path) {
         return Ok(o.path.into());
     }
-    let found = root.find_leaf(o.path);
+    let mut found = root.find_leaf(o.path);
+    if found.is_empty() && AGENT_FIELDS.contains(&o.path) {
+        found.push(format!("agents.*.{}", o.path));
+    }
     match found.as_slice() {
         [path] => Ok(path.clone()),
         [] => {
             let names = root.leaf_names();
             let known = names.iter().map(String::as_str).chain(SECTIONS.iter().copied());
             let hint = nearest(o.path, known).map(|name| format!("; did you mean `{name}`?"));
-            let message = format!("nothing in this scenario is called `{}`{}", o.path, hint.unwrap_or_default());
-            Err(problem(o, message).sorted(Sort::Unknown))
+            let message = format!("nothing in this scenario is called `{}`{}", brief(o.path), hint.unwrap_or_default());
+            let found = problem(o, message).sorted(Sort::Unknown);
+            Err(match foreign(o.path) {
+                Some(help) => found.with_help(help),
+                None => found.with_help(
+                    "a field that the file leaves out has to be named with its section, as in controller.c_p=3",
+                ),
+            })
         }
         several => Err(problem(o, format!("`{}` is ambiguous, write one of {}", o.path, several.join(", ")))),
     }
@@ -143,21 +177,33 @@ fn selected_rows(value: &str) -> Option<Vec<usize>> {
     numbers.filter(|numbers| !numbers.is_empty())
 }
 
+/// What to write instead of a name that is one of other specifications.
+pub(crate) fn foreign(path: &str) -> Option<&'static str> {
+    let name = path.rsplit('.').next().unwrap_or(path);
+    FOREIGN.iter().find(|(known, _)| *known == name).map(|(_, help)| *help)
+}
+
 /// How many agents `N=...` asks for.
 fn count_of(o: &Override) -> Result<usize, Problem> {
     let count = o.value.parse::<usize>().ok().filter(|count| (1..=MOST_AGENTS).contains(count));
-    count.ok_or_else(|| problem(o, format!("expected a number of agents from 1 to {MOST_AGENTS}, found {}", o.value)))
+    count.ok_or_else(|| {
+        problem(o, format!("expected a number of agents from 1 to {MOST_AGENTS}, found {}", brief(o.value)))
+    })
 }
 
 /// Makes it `N` agents: the first ones, or all and copies of them.
 fn resize(root: &mut Node, o: &Override, given: Given) -> Result<(), Problem> {
     let (before, count) = (agents_len(root), count_of(o)?);
+    if count != before && given.rows {
+        return Err(problem(o, format!("expected N = {before}, as many as `agents` chooses, or only one of both")));
+    }
     if count < before {
         let rows: Vec<usize> = (1..=count).collect();
         return select_agents(root, &rows, o, given);
     }
     if let Some(agents) = root.at_mut("agents").and_then(Node::as_array_mut).filter(|agents| !agents.is_empty()) {
         repeat_rows(agents, count);
+        repeat_emulators(root, before, count);
     }
     if count != before && !given.adjacency {
         fit_topology(root, count);
@@ -179,6 +225,9 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
         return Err(problem(o, "this scenario has no table of agents".into()));
     };
     let count = agents.len();
+    if rows.len() > MOST_AGENTS {
+        return Err(problem(o, format!("expected at most {MOST_AGENTS} agents, found {}", rows.len())));
+    }
     if let Some(row) = rows.iter().find(|row| **row == 0 || **row > count) {
         return Err(problem(o, format!("there is no agent {row}; this scenario has agents 1 to {count}")));
     }
@@ -193,6 +242,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
         chosen.push(node);
     }
     *agents = chosen;
+    Renumbering::choosing(count, rows).apply(root);
     if given.adjacency {
         return Ok(());
     }
@@ -227,21 +277,32 @@ fn set_column(root: &mut Node, field: &str, o: &Override, given: Given) -> Resul
         Some(items) if depth > per_agent_length => items.to_vec(),
         _ => vec![value.clone(); agents.len()],
     };
-    let before = agents.len();
-    let too_many = given.count && values.len() > before;
-    if values.is_empty() || field != "position" && (values.len() < before || too_many) {
-        return Err(problem(o, format!("expected {before} values, one per agent, found {}", values.len())));
+    let (before, count) = (agents.len(), values.len());
+    let is_settled = if field == "position" { given.chosen } else { given.count };
+    let too_few = count < before && (field != "position" || is_settled);
+    if count == 0 || too_few || count > before && is_settled {
+        let message = format!("agents.*.{field}: expected {before} values, one per agent, found {count}");
+        return Err(problem(o, message));
+    }
+    if count > MOST_AGENTS {
+        return Err(problem(o, format!("agents.*.{field}: expected at most {MOST_AGENTS} agents, found {count}")));
     }
     // More values than agents mean more agents; initial positions alone mean fewer.
-    repeat_rows(agents, values.len());
-    agents.truncate(values.len());
+    repeat_rows(agents, count);
+    agents.truncate(count);
     for (agent, value) in agents.iter_mut().zip(values) {
         if let Some(table) = agent.as_table_mut() {
             table.insert(field, value);
         }
     }
-    if agents.len() != before && !given.adjacency {
-        fit_topology(root, agents_len(root));
+    if count < before {
+        let rows: Vec<usize> = (1..=count).collect();
+        Renumbering::choosing(before, &rows).apply(root);
+    } else {
+        repeat_emulators(root, before, count);
+    }
+    if count != before && !given.adjacency {
+        fit_topology(root, count);
     }
     Ok(())
 }

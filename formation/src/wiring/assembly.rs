@@ -4,11 +4,12 @@ use lockstep::{Channel, Layout, Network, Node, Participant};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
+use super::present::add_variants_with;
 use super::ranges;
 use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Node as ConfigNode, Problem, Problems, Sort, nearest};
-use crate::scenario::{Scenario, Selection};
+use crate::scenario::{Scenario, Selection, foreign};
 
 /// The four roles of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -161,20 +162,31 @@ impl Assembly {
     /// Everything that is wrong with the file and its components, or what does not fit together.
     pub fn load(file: &str, text: &str, selection: &Selection, roles: &Roles) -> Result<Self, Vec<Problem>> {
         let mut problems = Problems::default();
-        let Some(scenario) = Scenario::collect(file, text, selection, &mut problems) else {
-            return Err(problems.into_vec());
-        };
-        let components = read_components(&scenario, roles, &mut problems);
-        if problems.is_empty() { Self::of(scenario, components) } else { Err(problems.into_vec()) }
+        let scenario = Scenario::collect(file, text, selection, &mut problems);
+        let components = scenario.as_ref().map(|scenario| read_components(scenario, roles, &mut problems));
+        match (scenario, components) {
+            (Some(scenario), Some(components)) if problems.is_empty() => Self::of(scenario, components),
+            _ => {
+                let mut problems = problems.into_vec();
+                add_variants_with(file, text, selection, roles, &mut problems);
+                for problem in problems.iter_mut().filter(|problem| problem.sort == Sort::Unknown) {
+                    if let Some(help) = foreign(&problem.path) {
+                        problem.help = Some(help.into());
+                    }
+                }
+                Err(problems)
+            }
+        }
     }
 
     fn of(scenario: Scenario, components: Vec<(Role, Kind, Box<dyn Component>)>) -> Result<Self, Vec<Problem>> {
         let signals = declare(&scenario, &components);
         let nodes = node_roles(&scenario, &components);
+        let serving_all = serving_all(&scenario, &nodes);
         let mut assembly = Self {
             scenario,
             network: Network { channels: signals.channels.clone(), nodes: Vec::new() },
-            serving_all: serving_all(&nodes),
+            serving_all,
             nodes,
             signals,
             components,
@@ -242,10 +254,11 @@ impl Assembly {
     }
 }
 
-/// The roles whose only node serves all agents.
-fn serving_all(nodes: &[NodeRole]) -> Vec<Role> {
+/// The roles whose only node serves all agents. The plant of an only agent may be one per agent, too.
+fn serving_all(scenario: &Scenario, nodes: &[NodeRole]) -> Vec<Role> {
     let is_alone = |role: &Role| nodes.iter().filter(|node| node.role == *role).count() == 1;
-    [Role::Plant, Role::Planner].into_iter().filter(is_alone).collect()
+    let is_together = |role: &Role| *role != Role::Plant || !scenario.plant_per_agent;
+    [Role::Plant, Role::Planner].into_iter().filter(|role| is_alone(role) && is_together(role)).collect()
 }
 
 pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {

@@ -148,7 +148,8 @@ impl Checks {
             self.findings.push((
                 "/topology.A".into(),
                 format!(
-                    "the graph is not strongly connected, as this scheme requires: nothing that agent {} sends reaches agent {}",
+                    "the graph is not strongly connected, as this scheme requires: nothing that agent {} sends reaches agent {}; \
+                     topology.any_graph = true allows any graph in which the reference reaches every agent",
                     from + 1,
                     to + 1
                 ),

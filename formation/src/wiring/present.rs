@@ -42,6 +42,35 @@ pub fn present(
     Ok(applied)
 }
 
+/// Adds to every problem of an override whose field the selected variant lacks which other variants have it.
+pub(super) fn add_variants_with(
+    file: &str,
+    text: &str,
+    selection: &Selection,
+    roles: &Roles,
+    problems: &mut [Problem],
+) {
+    for candidate in &selection.overrides {
+        let origin = Override::origin(candidate);
+        let of_it = |problem: &&mut Problem| problem.sort == Sort::Unknown && problem.origin.as_ref() == Some(&origin);
+        let Some(problem) = problems.iter_mut().find(of_it) else { continue };
+        let trial = Trial { file, text, roles, candidate };
+        let others = Selection { variant: selection.variant.clone(), ..Selection::default() };
+        let having = trial.variants(&others).into_iter().filter(|variant| {
+            trial.absence(&Selection { variant: Some(variant.clone()), ..Selection::default() }).is_none()
+        });
+        let having: Vec<String> = having.collect();
+        if !having.is_empty() {
+            let verb = if having.len() == 1 { "has" } else { "have" };
+            let help = format!(
+                "this variant does not have it, but {} {verb}; --set-if-present sets it where it is",
+                having.join(", ")
+            );
+            problem.help = Some(help);
+        }
+    }
+}
+
 /// An override that is tried.
 struct Trial<'a> {
     file: &'a str,

@@ -8,7 +8,7 @@ use lockstep::{Network, Node, Participant, Plan, Slice};
 use super::assembly::{node_name, read_component};
 use super::rest::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
-use crate::config::{Problem, Problems};
+use crate::config::{Problem, Problems, read_text};
 use crate::scenario::{Context, Scenario, Selection};
 
 /// Name of the effective scenario in the run directory, from which every process builds its participants.
@@ -24,7 +24,7 @@ const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
 pub fn scenario_text() -> Result<String, String> {
     let directory = std::env::var_os(RUN_DIRECTORY).ok_or_else(|| format!("{RUN_DIRECTORY} is not set"))?;
     let path = Path::new(&directory).join(SCENARIO_FILE);
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let text = read_text(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let plan = Plan::read(Path::new(&directory)).map_err(|error| error.to_string())?;
     plan.check_source(&text).map_err(|error| format!("{}: {error}", path.display()))?;
     Ok(text)

@@ -11,6 +11,7 @@ use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::cli::{GraphArgs, GraphFormat};
 use crate::failure::Failure;
+use crate::terminal::counted;
 
 pub(crate) fn graph(catalog: &Catalog, args: &GraphArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;
@@ -56,11 +57,10 @@ impl Edges {
 fn as_text(assembly: &Assembly, phases: &[usize], edges: &Edges) -> String {
     let network = &assembly.network;
     let mut text = format!(
-        "{} {}: {} processes and the orchestrator, {} channels\n",
-        assembly.scenario.name,
-        assembly.scenario.variant,
-        network.nodes.len(),
-        network.channels.len()
+        "{}: {} and the orchestrator, {}\n",
+        assembly.scenario.label(),
+        counted(network.nodes.len(), "process"),
+        counted(network.channels.len(), "channel")
     );
     let names =
         |nodes: &[usize]| nodes.iter().map(|&node| network.nodes[node].name.as_str()).collect::<Vec<_>>().join(", ");

@@ -14,6 +14,7 @@ use crate::log::Log;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
+use crate::terminal::counted;
 
 pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failure> {
     let assembly = assembly_of(catalog, &args.scenario)?;
@@ -42,12 +43,11 @@ pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failu
     };
     let outcome = run(&assembly, &options, end_on_signals)?;
     println!(
-        "{} {}: {} steps, {:.0} steps/s, {} processes",
-        assembly.scenario.name,
-        assembly.scenario.variant,
-        outcome.steps,
+        "{}: {}, {:.0} steps/s, {}",
+        assembly.scenario.label(),
+        counted(outcome.steps as usize, "step"),
         outcome.steps_per_second(),
-        outcome.processes
+        counted(outcome.processes, "process")
     );
     show_profile(&outcome, options.trace.as_deref());
     conclude(outcome, None)

@@ -30,7 +30,11 @@ pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> 
     };
     let scenario = job.scenario(catalog)?;
     let context = &scenario.context;
-    let agent = context.agents.iter().position(|agent| agent.id == job.emulator.agent).ok_or_else(|| {
+    // By its number; one that is not there may be the number that it has in the file, where the command line chose some agents.
+    let wanted = job.emulator.agent;
+    let by_number = || context.agents.iter().position(|agent| agent.number == wanted);
+    let by_id = || context.agents.iter().position(|agent| agent.id == wanted);
+    let agent = by_number().or_else(by_id).ok_or_else(|| {
         let count = context.agents.len();
         Failure::Usage(format!("{} has no agent {}; it has {count}", scenario.name, job.emulator.agent))
     })?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use formation::config::nearest;
+use formation::config::{TextError, brief, nearest, read_text};
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, present};
 
@@ -28,9 +28,23 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
     if catalog.scenario(&args.scenario).is_none() {
         assembly.scenario.folder = Path::new(&file).parent().map(Path::to_path_buf);
     }
-    // What is wrong with an assertion is said before anything starts.
+    // What is wrong with an assertion or the metrics is said before anything starts.
     assertions::read(&assembly)?;
+    check_metrics(catalog, &assembly)?;
     Ok(assembly)
+}
+
+/// Whether there is the set of metrics that the scenario names.
+fn check_metrics(catalog: &Catalog, assembly: &Assembly) -> Result<(), Failure> {
+    let name = assembly.scenario.metrics.as_str();
+    if name.is_empty() || catalog.metric_set(name).is_some() {
+        return Ok(());
+    }
+    let names = catalog.metrics.iter().map(|set| set.name);
+    let hint = nearest(name, names.clone()).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let expected = names.collect::<Vec<_>>().join(", ");
+    let message = format!("no set of metrics is called `{}`, expected one of {expected}{hint}", brief(name));
+    Err(vec![assembly.scenario.problem("metrics", message).with_help("without any: --set metrics=")].into())
 }
 
 /// Whether this is the name of a plant of one agent.
@@ -81,16 +95,19 @@ pub(super) fn find(catalog: &Catalog, name: &str) -> Result<(String, String), Fa
     }
     let path = Path::new(name);
     if path.is_file() || name.contains('/') || name.ends_with(".toml") {
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            Failure::Usage(format!(
-                "cannot read the scenario {name}: {error}; `phalanx list` shows those that are built in"
-            ))
+        let text = read_text(path).map_err(|error| {
+            let others = match error {
+                TextError::System(_) => "; `phalanx list` shows those that are built in",
+                _ => "",
+            };
+            Failure::Usage(format!("cannot read the scenario {name}: {error}{others}"))
         })?;
         return Ok((name.into(), text));
     }
     let names = catalog.scenarios.iter().map(|shipped| shipped.name);
     let hint = nearest(name, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let name = brief(name);
     Err(Failure::Usage(format!(
-        "no scenario is called `{name}`, and there is no such file{hint} `phalanx list` shows all"
+        "no scenario is called `{name}`, and there is no such file{hint}; `phalanx list` shows all"
     )))
 }

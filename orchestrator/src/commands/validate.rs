@@ -6,6 +6,7 @@ use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::cli::ValidateArgs;
 use crate::failure::Failure;
+use crate::terminal::counted;
 
 pub(crate) fn validate(catalog: &Catalog, args: &ValidateArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;
@@ -26,9 +27,11 @@ pub(crate) fn validate(catalog: &Catalog, args: &ValidateArgs) -> Result<(), Fai
     }
     let variant = if scenario.variant.is_empty() { String::new() } else { format!(", variant {}", scenario.variant) };
     println!(
-        "{}{variant}: valid. {agents} agents, {processes} processes, {} steps of {} s",
+        "{}{variant}: valid. {}, {}, {} of {} s",
         scenario.name,
-        timing.periods(),
+        counted(agents, "agent"),
+        counted(processes, "process"),
+        counted(timing.periods() as usize, "step"),
         timing.dt
     );
     Ok(())

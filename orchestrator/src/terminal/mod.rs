@@ -57,6 +57,15 @@ pub(crate) fn wrapped(text: &str, columns: Option<usize>) -> String {
     lines.join("\n")
 }
 
+/// A number of things: `1 process`, `3 processes`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    match (count, thing.ends_with('s')) {
+        (1, _) => format!("1 {thing}"),
+        (_, true) => format!("{count} {thing}es"),
+        (_, false) => format!("{count} {thing}s"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +76,12 @@ mod tests {
         assert_eq!(quoted("runs/uav-TSC+plant.mcap"), "runs/uav-TSC+plant.mcap");
         assert_eq!(quoted("my runs/größe.mcap"), "'my runs/größe.mcap'");
         assert_eq!(quoted("it's.mcap"), "'it'\\''s.mcap'");
+    }
+
+    #[test]
+    fn one_thing_is_singular() {
+        let texts = [(1, "process"), (2, "process"), (0, "step"), (1, "step")].map(|(n, thing)| counted(n, thing));
+        assert_eq!(texts, ["1 process", "2 processes", "0 steps", "1 step"]);
     }
 
     #[test]

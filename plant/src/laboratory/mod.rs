@@ -117,6 +117,19 @@ impl Laboratory {
         ((ticks - whole).abs() < 1e-6 && (0.0..1e9).contains(&whole)).then_some(whole as u64)
     }
 
+    /// What a step that is no whole number of ticks is told.
+    fn wrong_step(&self, dt: f64) -> String {
+        let tick = self.tick;
+        let below = (dt / tick).floor().max(1.0);
+        let near = |ticks: f64| format!("{} s", (ticks * tick * 1e9).round() / 1e9);
+        format!(
+            "expected a whole number of ticks of the laboratory, {tick} s each, found {dt} s; the nearest are {} and {}, or set \
+             plant.tick",
+            near(below),
+            near(below + 1.0)
+        )
+    }
+
     /// What is wrong with the parameters: field and message.
     pub fn findings(&self) -> Vec<(&'static str, String)> {
         let nanoseconds = self.tick * 1e9;
@@ -126,7 +139,10 @@ impl Laboratory {
         let mut findings = Vec::new();
         let period = 1.0 / self.mocap_hz;
         if !(period.is_finite() && period > 0.0 && self.ticks(period).is_some_and(|ticks| ticks > 0)) {
-            let message = format!("expected a rate > 0 whose period is a whole number of ticks of {} s", self.tick);
+            let message = format!(
+                "expected a rate > 0 whose period is a whole number of ticks of {} s, found {}",
+                self.tick, self.mocap_hz
+            );
             findings.push(("mocap_hz", message));
         }
         let whole = [("mocap_latency", self.mocap_latency), ("command_delay", self.command_delay)];
@@ -170,7 +186,7 @@ impl Component for Laboratory {
         let step = self.ticks(context.timing.dt).is_some_and(|ticks| ticks > 0);
         checks
             .require(vehicles, "/vehicle", "the laboratory emulates robots with wheel speeds: kind \"omni\", order 1")
-            .require(step, "/timing.dt", format!("expected a whole number of ticks of {} s", self.tick))
+            .require(step, "/timing.dt", self.wrong_step(context.timing.dt))
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {

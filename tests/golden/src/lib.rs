@@ -22,7 +22,8 @@ impl Bench {
     /// If the scenario is not valid.
     pub fn new(name: &str, overrides: &[&str]) -> Self {
         let shipped = SCENARIOS.iter().find(|shipped| shipped.name == name).expect("a shipped scenario");
-        let selection = Selection { overrides: overrides.iter().map(|o| o.to_string()).collect(), ..Selection::default() };
+        let selection =
+            Selection { overrides: overrides.iter().map(|o| o.to_string()).collect(), ..Selection::default() };
         let assembly =
             Assembly::load(shipped.file, shipped.text, &selection, &ROLES).unwrap_or_else(|p| panic!("{}", p[0]));
         let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();

@@ -142,7 +142,8 @@ fn cnn_dsm_agrees_throughout() {
 fn another_number_of_agents_stays_undirected() {
     let shipped = SCENARIOS.iter().find(|shipped| shipped.name == "dsm-cnn").expect("a shipped scenario");
     let load = |overrides: &[&str]| {
-        let selection = Selection { overrides: overrides.iter().map(|o| o.to_string()).collect(), ..Selection::default() };
+        let selection =
+            Selection { overrides: overrides.iter().map(|o| o.to_string()).collect(), ..Selection::default() };
         Scenario::load(shipped.file, shipped.text, &selection).unwrap_or_else(|p| panic!("{}", p[0])).context
     };
     let five = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0],[0,-2,0],[1,1,0]]"]).topology;

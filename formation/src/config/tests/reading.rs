@@ -166,7 +166,7 @@ fn mistakes_in_enums_are_placed() {
         Some("g.ramp.to: expected a number, found the string \"x\"")
     );
     assert_eq!(only("g = { kind = 'circle', radius = true }"), "g.radius: expected a number, found the boolean true");
-    assert_eq!(only("g = { circle = 1 }"), "g.circle: expected a table, found the integer 1");
+    assert_eq!(only("g = { circle = 1 }"), "g.circle: expected a table with radius, found the integer 1");
     assert_eq!(only("g = { kind = 'open', x = 1 }"), "g.x: unknown field | no fields are expected here");
     assert_eq!(only("g = { open = { x = 1 } }"), "g.open.x: unknown field | no fields are expected here");
 }
@@ -232,7 +232,7 @@ fn endless_types_and_impossible_conditions_do_not_hang() {
         }
     }
 
-    assert_eq!(only::<Endless>("inner = 1"), "inner: expected a table, found the integer 1");
+    assert_eq!(only::<Endless>("inner = 1"), "inner: expected a table with inner, found the integer 1");
     assert_eq!(only::<BTreeMap<String, Impossible>>("a = 1"), "a: never right");
     let many: String = (0..5000).map(|number| format!("a{number} = true\n")).collect();
     let problems = problems_of::<BTreeMap<String, f64>>(&many);

@@ -49,7 +49,15 @@ fn more_agents_are_copies_on_a_ring() {
 #[test]
 fn numbers_of_agents_that_contradict_each_other_are_refused() {
     let refusal = |overrides: &[&str]| applied(overrides).unwrap_err();
-    assert!(refusal(&["N=2", "x0=[[0,0,0],[1,1,1],[2,2,2]]"]).contains("make 3 agents"));
+    assert!(
+        refusal(&["N=2", "x0=[[0,0,0],[1,1,1],[2,2,2]]"])
+            .contains("position: expected 2 values, one per agent, found 3")
+    );
+    assert!(refusal(&["N=3", "x0=[[0,0,0],[1,1,1]]"]).contains("expected 3 values, one per agent, found 2"));
+    assert!(refusal(&["agents=[1,3]", "x0=[[0,0,0]]"]).contains("expected 2 values, one per agent, found 1"));
+    assert!(refusal(&["agents=[1,3]", "v0=[[0,0,0]]"]).contains("velocity: expected 2 values, one per agent, found 1"));
+    assert!(refusal(&["agents=[1,3]", "N=3"]).contains("expected N = 2"));
+    assert!(refusal(&["x0=[[0,0,0],[1,1,1]]", "v0=[[0,0,0]]"]).contains("expected 2 values"));
     assert!(refusal(&["x0=[[0,0,0],[1,1,1]]", "m=[1,2,3]"]).contains("expected 2 values"));
     assert!(refusal(&["N=none"]).contains("from 1 to 1000"));
 }

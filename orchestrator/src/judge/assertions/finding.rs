@@ -214,6 +214,10 @@ impl Findings {
             }
             counts => {
                 let shown = counts.iter().filter(|(count, ..)| *count > 0);
+                if let [one] = self.0.as_slice() {
+                    let word = all.iter().find(|(word, ..)| *word == one.word()).map_or(one.word(), |(.., said)| said);
+                    return format!("The assertion {word}.");
+                }
                 let parts: Vec<String> = shown
                     .map(|(count, many, one)| format!("{count} {}", if *count == 1 { one } else { many }))
                     .collect();

@@ -50,8 +50,7 @@ impl Nearest {
         agent: usize,
     ) -> Option<Result<Self, String>> {
         let agents = |with_radii| match &geometry.agents {
-            Ok(agents) if agents.len() > 1 => Ok(Self::Agent(agent, agents.clone(), with_radii)),
-            Ok(_) => Err("a distance between agents needs at least two agents".into()),
+            Ok(agents) => Ok(Self::Agent(agent, agents.clone(), with_radii)),
             Err(why) => Err(why.clone()),
         };
         match name {
@@ -61,6 +60,11 @@ impl Nearest {
             "obstacle_margin" => Some(Self::obstacles(assembly, agent, true)),
             _ => None,
         }
+    }
+
+    /// Whether it is a distance to other agents where there are none.
+    pub(super) fn is_alone(&self) -> bool {
+        matches!(self, Nearest::Agent(_, agents, _) if agents.len() < 2)
     }
 
     fn obstacles(assembly: &Assembly, agent: usize, inner: bool) -> Result<Self, String> {

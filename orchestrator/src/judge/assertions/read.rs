@@ -1,13 +1,13 @@
 //! From `[[assert]]` to assertions that can be evaluated.
 
-use formation::config::{Node, Problem, Problems, nearest, read as read_node};
+use formation::config::{Node, Problem, Problems, brief, nearest, read as read_node};
 use formation::formula::{Expression, Operand};
 use formation::wiring::Assembly;
 use serde::Deserialize;
 
 use super::bound::Bound;
 use super::geometry::{Geometry, METRICS};
-use super::signal::{Mistake, compile, constant};
+use super::signal::{Mistake, Slot, compile, constant};
 use super::{Across, Assertion, Severity, Subject};
 
 /// More than these are taken for a mistake; they are compiled for every agent.
@@ -94,6 +94,11 @@ impl RowReader<'_> {
         }
         let subject = |&agent: &usize| self.subject(&signal, agent);
         let subjects = agents.iter().map(subject).collect::<Result<Vec<_>, _>>().map_err(|problem| vec![problem])?;
+        // An only agent has no distance to others; the assertion is about formations.
+        let is_alone = |slot: &Slot| matches!(slot, Slot::Nearest(nearest) if nearest.is_alone());
+        if subjects.iter().flat_map(|subject: &Subject| &subject.slots).any(is_alone) {
+            return Ok(None);
+        }
         let scenario = &self.assembly.scenario;
         if row.variants.as_ref().is_some_and(|variants| !variants.contains(&scenario.variant)) {
             return Ok(None);
@@ -169,7 +174,7 @@ impl RowReader<'_> {
         let (formula, slots) =
             compile(signal, self.assembly, self.geometry, agent).map_err(|Mistake { offset, message }| {
                 let column = signal.get(..offset).map_or(1, |before| before.chars().count() + 1);
-                self.problem(field, format!("{message}, in column {column} of {signal:?}"))
+                self.problem(field, format!("{message}, in column {column} of {:?}", brief(signal)))
             })?;
         let min = self.bound("min", self.row.min.as_ref(), agent)?.unwrap_or(f64::NEG_INFINITY);
         let max = self.bound("max", self.row.max.as_ref(), agent)?.unwrap_or(f64::INFINITY);
@@ -186,14 +191,14 @@ impl RowReader<'_> {
         let value = formula.map(|formula| formula.evaluate(&[]));
         match value {
             Ok(value) if value.is_finite() => Ok(Some(value)),
-            Ok(value) => Err(self.problem(field, format!("expected a finite bound, {text:?} is {value}"))),
+            Ok(value) => Err(self.problem(field, format!("expected a finite bound, {:?} is {value}", brief(text)))),
             Err(error) => {
                 let limit = if text.contains("UM") && self.assembly.scenario.context.input_limit.is_none() {
                     "; this scenario sets no limit vehicle.UM"
                 } else {
                     ""
                 };
-                Err(self.problem(field, format!("{} in {text:?}{limit}", error.message)))
+                Err(self.problem(field, format!("{} in {:?}{limit}", error.message, brief(text))))
             }
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use formation::config::{TextError, read_text};
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{ChannelId, Period};
@@ -45,9 +46,12 @@ impl Spectator {
     /// [`Failure`] if it is over or has no channels that can be looked at from outside.
     pub(crate) fn join(catalog: &Catalog, run: &str) -> Result<Self, Failure> {
         let path = RunDirectory::path_of(run).join(SCENARIO_FILE);
-        let text = std::fs::read_to_string(&path).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => Failure::Usage(format!("the run {run} is over")),
-            _ => Failure::system(format!("read {}", path.display()))(error),
+        let text = read_text(&path).map_err(|error| match error {
+            TextError::System(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                Failure::Usage(format!("the run {run} is over"))
+            }
+            TextError::System(error) => Failure::system(format!("read {}", path.display()))(error),
+            other => Failure::Usage(format!("cannot read {}: {other}", path.display())),
         })?;
         let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &catalog.roles)?;
         let (scenario, network) = (assembly.scenario, assembly.network);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use formation::config::read_text;
 use formation::wiring::{Assembly, Role};
 
 use super::signals::{Signal, Signals};
@@ -94,7 +95,7 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
             (python::files(&signals, &title), format!("pip install {phalanx}/python"), "python3 main.py".to_string())
         }
     };
-    let lock = std::fs::read_to_string(Path::new(&phalanx).join("Cargo.lock")).ok();
+    let lock = read_text(&Path::new(&phalanx).join("Cargo.lock")).ok();
     // The versions of all packages that Phalanx was tried with.
     let lock = lock.filter(|_| order.language == Language::Rust).map(|text| File::new("Cargo.lock", text));
     let readme = readme(order, &signals, &title, &build, &command);
