@@ -77,6 +77,32 @@ fn rows_are_as_many_as_agents() {
 }
 
 #[test]
+fn values_of_another_kind() {
+    refused("uav", &["parameters.phase=inf"], &["parameters.phase: expected a finite number, found inf"]);
+    refused(
+        "uav",
+        &["expect={x_til={low=2, high=1}}"],
+        &["expect.x_til: expected a band with low <= high, found low = 2"],
+    );
+    refused("uav", &["expect={x_til={low=nan}}"], &["expect.x_til: expected a band"]);
+    refused(
+        "uav",
+        &["controller=3"],
+        &["1 problem;", "controller: expected a table with the `kind`", "found the integer 3"],
+    );
+    refused("uav", &["controller.kind=3"], &["controller.kind: expected a name", "found the integer 3"]);
+    refused("uav", &["disturbance=3"], &["1 problem;", "disturbance: expected a table with matched"]);
+    refused("uav", &["reference=3"], &["reference: expected a table with position"]);
+    refused("uav", &["variants.X.seed=3"], &["variants: a variant is chosen"]);
+    refused(
+        "uav",
+        &["controller.every=2.5"],
+        &["expected a whole number of steps from 1 to 1000000, found the number 2.5"],
+    );
+    refused("uav", &["agents=[2,1,2]"], &["agent 2 is chosen twice"]);
+}
+
+#[test]
 fn a_graph_that_is_not_strongly_connected_names_the_way_out() {
     let path = "A=[[0,0,0],[1,0,0],[0,1,0]]";
     refused("triangle", &[path], &["topology.A: the graph is not strongly connected", "topology.any_graph = true"]);

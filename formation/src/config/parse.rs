@@ -66,7 +66,9 @@ fn on_large_stack(origin: &Origin, parse: impl FnOnce() -> Result<Node, Problem>
     let failed = |what: &str| Problem::of(origin, "", format!("cannot parse: {what}"));
     std::thread::scope(|scope| match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, parse) {
         Ok(thread) => thread.join().unwrap_or_else(|_| Err(failed("the parser broke down"))),
-        Err(error) => Err(failed(&error.to_string())),
+        Err(error) => Err(failed(&format!(
+            "the system starts no thread for it: {error}; `ulimit -u` limits threads, `ulimit -v` memory"
+        ))),
     })
 }
 

@@ -74,6 +74,9 @@ impl Context {
             Some(node) => read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default(),
             None => BTreeMap::new(),
         };
+        for (name, value) in parameters.iter().filter(|(_, value)| !value.is_finite()) {
+            problems.at(root, &format!("parameters.{name}"), format!("expected a finite number, found {value}"));
+        }
         let vehicle = section::<VehicleSection>(root, "vehicle", problems)?;
         if let Some(limit) = vehicle.input_limit.filter(|limit| limit.is_nan() || *limit <= 0.0) {
             problems.at(root, "vehicle.UM", format!("expected a limit > 0, found {limit}"));
@@ -129,7 +132,8 @@ impl Context {
     }
 
     fn compile_reference(&mut self, root: &Node, problems: &mut Problems) {
-        if root.at("reference.position").is_none() {
+        let is_table = root.at("reference").is_none_or(|node| node.as_table().is_some());
+        if is_table && root.at("reference.position").is_none() {
             problems.at(root, "reference", "missing field `position`: a list of formulas of t and i");
             return;
         }
@@ -219,7 +223,11 @@ fn read_timing(root: &Node, problems: &mut Problems) -> Timing {
 }
 
 fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problems) {
-    let Some(table) = root.at(section).and_then(Node::as_table) else { return };
+    let Some(node) = root.at(section) else { return };
+    let Some(table) = node.as_table() else {
+        problems.at(root, section, format!("expected a table with {}, found {}", known.join(", "), node.describe()));
+        return;
+    };
     for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
         let hint = crate::config::nearest(name, known.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
         let message = format!("unknown field, expected one of {}{}", known.join(", "), hint.unwrap_or_default());

@@ -17,6 +17,15 @@ pub struct Expectation {
 }
 
 impl Expectation {
+    /// What is wrong with the band, if anything.
+    pub(super) fn wrong(&self) -> Option<String> {
+        let (low, high) = (self.low.unwrap_or(f64::NEG_INFINITY), self.high.unwrap_or(f64::INFINITY));
+        match low <= high {
+            true => None,
+            false => Some(format!("expected a band with low <= high, found low = {low}, high = {high}")),
+        }
+    }
+
     /// Whether `value` lies in the band; `None` if there is no band.
     pub fn holds(&self, value: f64) -> Option<bool> {
         if self.low.is_none() && self.high.is_none() {

@@ -11,7 +11,7 @@ use super::ranges::read_ranges;
 use super::realtime::read_overrun;
 use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
-use crate::config::{Node, Problem, Problems, Sort, Source, Value, nearest, read};
+use crate::config::{Entry, Node, Problem, Problems, Sort, Source, Value, nearest, read};
 use crate::wiring::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -134,6 +134,10 @@ impl Scenario {
         let variant = select_variant(&mut root, chosen, &variants)?;
         let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
         apply(&mut root, &rest)?;
+        if let Some(variants) = root.at("variants") {
+            let message = "a variant is chosen, with --variant NAME or --set variant=NAME, and changed in the file";
+            return Err(Problem::new(Some(variants.origin.clone()), "variants", message));
+        }
         let names_one = |(name, _): &(String, String)| name.starts_with("plant_");
         let is_swapped = read_swaps(&root, &mut Problems::default()).iter().any(names_one);
         if (selection.plant_per_agent || is_swapped)
@@ -171,10 +175,17 @@ impl Scenario {
         let title = text("title", problems);
         let thesis = text("thesis", problems);
         let metrics = text("metrics", problems);
-        let expectations = match root.at("expect") {
+        let expectations: BTreeMap<String, Expectation> = match root.at("expect") {
             Some(node) => read(node, "expect", problems).unwrap_or_default(),
             None => BTreeMap::new(),
         };
+        if let Some(expected) = root.at("expect").and_then(Node::as_table) {
+            let bands =
+                expected.entries().iter().filter_map(|entry| Some((entry, expectations.get(&entry.key)?.wrong()?)));
+            problems.extend(bands.map(|(Entry { key, node, .. }, wrong)| {
+                Problem::new(Some(node.origin.clone()), format!("expect.{key}"), wrong)
+            }));
+        }
         let plant_per_agent = match root.at("plant.per_agent") {
             Some(node) => read::<bool>(node, "plant.per_agent", problems).unwrap_or(false),
             None => false,
@@ -285,12 +296,18 @@ impl Scenario {
 }
 
 fn check_rates(root: &Node, problems: &mut Problems) {
+    const MOST: i64 = 1_000_000;
     for role in Role::ALL {
         for (field, least) in [("every", 1), ("offset", 0)] {
             let path = format!("{role}.{field}");
             let Some(node) = root.at(&path) else { continue };
-            if node.as_i64().is_none_or(|value| value < least || value > 1_000_000) {
-                problems.at(root, &path, format!("expected a whole number of steps >= {least}"));
+            if node.as_i64().is_none_or(|value| value < least || value > MOST) {
+                let found = node.describe();
+                problems.at(
+                    root,
+                    &path,
+                    format!("expected a whole number of steps from {least} to {MOST}, found {found}"),
+                );
             }
         }
     }

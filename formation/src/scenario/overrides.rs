@@ -228,6 +228,9 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
     if rows.len() > MOST_AGENTS {
         return Err(problem(o, format!("expected at most {MOST_AGENTS} agents, found {}", rows.len())));
     }
+    if let Some(twice) = rows.iter().enumerate().find_map(|(k, row)| rows[..k].contains(row).then_some(row)) {
+        return Err(problem(o, format!("agent {twice} is chosen twice")));
+    }
     if let Some(row) = rows.iter().find(|row| **row == 0 || **row > count) {
         return Err(problem(o, format!("there is no agent {row}; this scenario has agents 1 to {count}")));
     }

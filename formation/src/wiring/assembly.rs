@@ -293,7 +293,13 @@ pub(super) fn read_component(
     kinds: &[Kind],
     problems: &mut Problems,
 ) -> Option<(Role, Kind, Box<dyn Component>)> {
-    let (kind, parameters) = split_kind(scenario.section(role.name())?, role, kinds, problems)?;
+    let section = scenario.section(role.name())?;
+    if section.as_table().is_none() {
+        let message = format!("expected a table with the `kind` of the {role}, found {}", section.describe());
+        problems.push(scenario.problem(role.name(), message));
+        return None;
+    }
+    let (kind, parameters) = split_kind(section, role, kinds, problems)?;
     let component = (kind.read)(&parameters, role.name(), problems)?;
     for (field, message) in component.check(&scenario.context).findings {
         let path = match field.strip_prefix('/') {
@@ -318,7 +324,11 @@ fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut P
         problems.at(section, role.name(), message).sort = Sort::Missing;
         return None;
     };
-    let found = node.as_str().unwrap_or_default();
+    let Some(found) = node.as_str() else {
+        let message = format!("expected a name, one of {}, found {}", names.join(", "), node.describe());
+        problems.push(Problem::new(Some(node.origin.clone()), format!("{role}.kind"), message));
+        return None;
+    };
     match kinds.iter().find(|kind| kind.name == found) {
         Some(kind) => Some((*kind, parameters)),
         None => {

@@ -79,15 +79,15 @@ mod tests {
     }
 
     #[test]
-    fn one_thing_is_singular() {
-        let texts = [(1, "process"), (2, "process"), (0, "step"), (1, "step")].map(|(n, thing)| counted(n, thing));
-        assert_eq!(texts, ["1 process", "2 processes", "0 steps", "1 step"]);
-    }
-
-    #[test]
     fn lines_break_between_words() {
         assert_eq!(wrapped("one two three\nfour", Some(8)), "one two\n  three\nfour");
         assert_eq!(wrapped("incomprehensibilities are long", Some(8)), "incomprehensibilities\n  are\n  long");
         assert_eq!(wrapped("one two three", None), "one two three");
+    }
+
+    #[test]
+    fn one_thing_is_singular() {
+        let texts = [(1, "process"), (2, "process"), (0, "step"), (1, "step")].map(|(n, thing)| counted(n, thing));
+        assert_eq!(texts, ["1 process", "2 processes", "0 steps", "1 step"]);
     }
 }

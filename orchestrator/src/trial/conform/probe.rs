@@ -1,6 +1,7 @@
 //! A program started by itself, outside any run.
 
 use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
@@ -16,11 +17,14 @@ const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
 const WORKER: &str = "PHALANX_WORKER";
 const PAGE_FD: &str = "PHALANX_PAGE_FD";
 
+/// As much is read of what a program prints, bytes: its first line is shown.
+const SHOWN: u64 = 1 << 16;
+
 /// What a program does outside a run.
 pub(super) struct Probe {
     /// How it ended; `None` if it did not.
     pub(super) end: Option<End>,
-    /// What it printed.
+    /// How what it printed begins.
     pub(super) printed: String,
     /// Processor time that it used, if it had to be ended.
     pub(super) computed: Duration,
@@ -86,7 +90,9 @@ pub(super) fn probe(
         let _ = rustix::process::kill_process_group(pid, Signal::KILL);
         child.wait().map_err(Failure::system("wait for a program"))?;
     }
-    let printed = String::from_utf8_lossy(&std::fs::read(&path).map_err(failed())?).into_owned();
+    let mut printed = Vec::new();
+    File::open(&path).and_then(|file| file.take(SHOWN).read_to_end(&mut printed)).map_err(failed())?;
+    let printed = String::from_utf8_lossy(&printed).into_owned();
     Ok(Probe { end, printed, computed })
 }
 
