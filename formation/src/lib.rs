@@ -5,6 +5,7 @@ pub mod config;
 pub mod formula;
 pub mod math;
 pub mod networks;
+mod role;
 pub mod scenario;
 pub mod vehicle;
 pub mod wiring;

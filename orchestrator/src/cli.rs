@@ -1,39 +1,23 @@
 //! The command line.
 
 mod documents;
-mod engine;
-mod look;
-mod player;
-mod profile;
-mod robot;
-mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 pub use documents::reference;
-pub(crate) use documents::{ManArgs, program};
-use documents::{SCHEMA_HELP, after_help};
-pub(crate) use engine::{CtlArgs, CtlCommand, TopArgs, VerifyArgs};
-use engine::{factor, wait_time};
+use documents::{SCHEMA_HELP, after_help, program};
 use formation::config::readable;
-use lockstep::Wake;
-pub(crate) use look::{EchoArgs, ExportArgs, LayoutArgs, PlotArgs, ReportArgs};
-pub(crate) use player::{ConformArgs, NewArgs, NewRole, ParticipantArgs, ReplayArgs, SuperviseArgs};
 use processes::console;
-pub(crate) use profile::ProfileArgs;
-pub(crate) use robot::RobotArgs;
-pub(crate) use watch::WatchArgs;
 
 use crate::catalog::Catalog;
 use crate::commands;
 use crate::failure::Failure;
 use crate::logging;
 use crate::run::leftovers;
-use crate::run::placement::Placement;
 use crate::terminal;
 
 /// Lockstep co-simulation of formation control: planner, controllers, observers and plant as processes of their own.
@@ -53,59 +37,59 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// List the scenarios that come with the program, with their variants
-    List(ListArgs),
+    List(commands::list::ListArgs),
     /// Run a scenario, record it, and check what comes out
-    Run(RunArgs),
+    Run(commands::run::RunArgs),
     /// Check a scenario without running it
-    Validate(ValidateArgs),
+    Validate(commands::validate::ValidateArgs),
     /// Show the processes of a scenario, what they exchange, and in which order they run
-    Graph(GraphArgs),
+    Graph(commands::graph::GraphArgs),
     /// Compute all metrics of a log and compare them with their bands
-    Check(CheckArgs),
+    Check(commands::check::CheckArgs),
     /// Run every scenario with every variant and compare all numbers with their bands, claims and published values
     #[command(visible_alias = "thesis")]
-    Campaign(CampaignArgs),
+    Campaign(commands::campaign::CampaignArgs),
     /// Show what is in a log
-    Info(InfoArgs),
+    Info(commands::info::InfoArgs),
     /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
-    Verify(VerifyArgs),
+    Verify(commands::verify::VerifyArgs),
     /// Run one participant of a recorded run again, against the recording of the others, and show where it departs
-    Replay(ReplayArgs),
+    Replay(commands::replay::ReplayArgs),
     /// Write a small project for a participant of your own, with the signals of a scenario
-    New(NewArgs),
+    New(commands::new::NewArgs),
     /// Try whether a program of yours keeps the contract of a participant
-    Conform(ConformArgs),
+    Conform(commands::conform::ConformArgs),
     /// Pause, step, resume or stop a run from another terminal
-    Ctl(CtlArgs),
+    Ctl(commands::ctl::CtlArgs),
     /// Show how fast a run is, and where its processes spend their time
-    Top(TopArgs),
+    Top(commands::top::TopArgs),
     /// Run a scenario and show where its time goes: who computes, who waits, for whom; and a trace for Perfetto
-    Profile(ProfileArgs),
+    Profile(commands::profile::ProfileArgs),
     /// Show a run live: the formation and its errors, in the terminal or in a browser
-    Watch(WatchArgs),
+    Watch(commands::watch::WatchArgs),
     /// Write a report that shows runs in a browser, or figures for a paper
-    Report(ReportArgs),
+    Report(commands::report::ReportArgs),
     /// Write the signals of a log as CSV, Parquet, NumPy or MATLAB files
-    Export(ExportArgs),
+    Export(commands::export::ExportArgs),
     /// Write a layout for Foxglove, Lichtblick, PlotJuggler or Rerun
-    Layout(LayoutArgs),
+    Layout(commands::layout::LayoutArgs),
     /// Print the values of a topic
-    Echo(EchoArgs),
+    Echo(commands::echo::EchoArgs),
     /// Draw signals of a log in the terminal
-    Plot(PlotArgs),
+    Plot(commands::plot::PlotArgs),
     /// Play a robot and the cameras above it at the other end of real sockets
-    Robot(RobotArgs),
+    Robot(commands::robot::RobotArgs),
     /// Close the log of a killed run, so that every tool opens it
-    Recover(RecoverArgs),
+    Recover(commands::recover::RecoverArgs),
     /// Remove what dead runs left in shared memory
-    Doctor(DoctorArgs),
+    Doctor(commands::doctor::DoctorArgs),
     /// Write the completions of a shell to stdout
     Completions {
         /// Which shell
         shell: Shell,
     },
     /// Write the manual pages into a folder
-    Man(ManArgs),
+    Man(commands::man::ManArgs),
     /// Print the JSON Schema of scenario files, for editors
     #[command(after_help = SCHEMA_HELP)]
     Schema,
@@ -117,231 +101,10 @@ enum Command {
     },
     /// Serve as a process of a run (started by `run`, not by hand)
     #[command(hide = true)]
-    Participant(ParticipantArgs),
+    Participant(commands::participant::ParticipantArgs),
     /// Watch over a program under trial (started by `conform`, not by hand)
     #[command(hide = true)]
-    Supervise(SuperviseArgs),
-}
-
-/// A scenario and what is changed about it.
-#[derive(Debug, Clone, Default, Args)]
-pub struct ScenarioArgs {
-    /// Name of a shipped scenario (see `phalanx list`) or path of a scenario file
-    pub scenario: String,
-    /// Variant to run, as listed by `phalanx list`
-    #[arg(long)]
-    pub variant: Option<String>,
-    /// Change a field: `--set controller.c_p=3`, `--set agents.2.position=[1,2,0]`, `--set phase=0.5`; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    pub set: Vec<String>,
-    /// The same for a field that only some variants have: in the others it does nothing. A field that no variant has is an
-    /// error
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub set_if_present: Vec<String>,
-    /// Length of a step in s; short for --set timing.dt=...
-    #[arg(long, value_name = "SECONDS")]
-    pub dt: Option<String>,
-    /// Length of the run in s; short for --set timing.duration=...
-    #[arg(long, value_name = "SECONDS")]
-    pub duration: Option<String>,
-    /// Seed of all random numbers; short for --set seed=...
-    #[arg(long)]
-    pub seed: Option<String>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ListArgs {
-    /// List the components that scenarios can name instead
-    #[arg(long)]
-    pub(crate) components: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// What the processes of a run wake each other with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Waking {
-    /// Futexes on shared memory, as Linux has them
-    Futex,
-    /// Events of iceoryx2, for systems without such futexes; slower
-    Events,
-}
-
-impl From<Waking> for Wake {
-    fn from(waking: Waking) -> Self {
-        match waking {
-            Waking::Futex => Self::Futex,
-            Waking::Events => Self::Events,
-        }
-    }
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct RunArgs {
-    #[command(flatten)]
-    pub(crate) scenario: ScenarioArgs,
-    /// Where the log goes [default: runs/<scenario>-<variant>.mcap]
-    #[arg(long, value_name = "FILE.mcap")]
-    pub(crate) out: Option<PathBuf>,
-    /// Record nothing and check nothing
-    #[arg(long, conflicts_with = "out")]
-    pub(crate) no_log: bool,
-    /// Record the signals only, without the messages (/tf, /scene/..., /rosout) from which viewers draw the formation
-    #[arg(long, conflicts_with = "no_log")]
-    pub(crate) no_scene: bool,
-    /// How the participants are spread over processes; changes no bit of the result [default: groups if the scenario has
-    /// any, else processes]
-    #[arg(long, value_enum)]
-    pub(crate) placement: Option<Placement>,
-    /// Cores of the processes: `auto` (one core that no other run has taken; more if what the participants compute is worth
-    /// the wake-ups, which is measured), `none` (the operating system decides) or the number of a core
-    #[arg(long, default_value = "auto")]
-    pub(crate) pin: String,
-    /// What the processes wake each other with; changes no bit of the result
-    #[arg(long, value_enum, default_value_t = Waking::Futex)]
-    pub(crate) wake: Waking,
-    /// Keep pace with the clock: so many simulated seconds per second
-    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = factor)]
-    pub(crate) realtime: Option<f64>,
-    /// Let the processes of the run go before all others: SCHED_FIFO with this priority, and memory that is not swapped, where
-    /// the system permits it
-    #[arg(long, value_name = "1...99", value_parser = clap::value_parser!(u8).range(1..=99))]
-    pub(crate) rt_priority: Option<u8>,
-    /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
-    #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
-    pub(crate) profile: Option<Option<PathBuf>>,
-    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
-    #[arg(long)]
-    pub(crate) tap: bool,
-    /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
-    /// --swap "observer.2=python3 my_observer.py"; what was recorded of it, --swap controller.1=replay:LOG.mcap; a robot,
-    /// --swap plant.2=hardware:robot2.toml; or an emulated one, --swap plant.2=emulator (emulator:free if its time passes by
-    /// itself). May be repeated; the section [swap] of a scenario says the same
-    #[arg(long, value_name = "NODE=COMMAND|replay:LOG|hardware:FILE")]
-    pub(crate) swap: Vec<String>,
-    /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
-    /// last sample stands, marked as stale); for all, or as NODE=POLICY such as controller.3=restart; may be repeated
-    #[arg(long, value_name = "[NODE=]POLICY")]
-    pub(crate) on_failure: Vec<String>,
-    /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
-    #[arg(long, value_name = "SECONDS", value_parser = wait_time)]
-    pub(crate) deadline: Option<f64>,
-    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
-    #[arg(long)]
-    pub(crate) strict: bool,
-    /// Print one JSON object as the last line of stdout, and no table
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Show no progress; twice: no warnings either
-    #[arg(short, long, action = clap::ArgAction::Count)]
-    pub(crate) quiet: u8,
-    /// Write what every process prints into a file of its own in this folder, and the program's own messages to phalanx.log
-    #[arg(long, value_name = "DIR")]
-    pub(crate) log_dir: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ValidateArgs {
-    #[command(flatten)]
-    pub(crate) scenario: ScenarioArgs,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Print the effective scenario, with variant and overrides applied, as TOML
-    #[arg(long, conflicts_with = "json")]
-    pub(crate) print: bool,
-}
-
-/// How a graph is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum GraphFormat {
-    /// For a terminal
-    Text,
-    /// For Markdown that renders Mermaid
-    Mermaid,
-    /// For Graphviz
-    Dot,
-    /// For programs
-    Json,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct GraphArgs {
-    #[command(flatten)]
-    pub(crate) scenario: ScenarioArgs,
-    /// How the graph is written
-    #[arg(long, value_enum, default_value_t = GraphFormat::Text)]
-    pub(crate) format: GraphFormat,
-    /// Same as --format json
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct CheckArgs {
-    /// A log that `phalanx run` recorded
-    pub(crate) log: PathBuf,
-    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
-    #[arg(long)]
-    pub(crate) strict: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// How a table is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum TableFormat {
-    /// For a terminal
-    Text,
-    /// For a document
-    Markdown,
-    /// For programs
-    Json,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct CampaignArgs {
-    /// Names of scenarios (see `phalanx list`) [default: all]
-    pub(crate) scenarios: Vec<String>,
-    /// How the tables are written
-    #[arg(long, value_enum, default_value_t = TableFormat::Text)]
-    pub(crate) format: TableFormat,
-    /// Same as --format json
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Where the tables go [default: stdout]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct InfoArgs {
-    /// A log that `phalanx run` recorded
-    pub(crate) log: PathBuf,
-    /// Print the scenario that the log holds, with all overrides, as TOML
-    #[arg(long, conflicts_with = "json")]
-    pub(crate) scenario: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct RecoverArgs {
-    /// The log of a killed run
-    pub(crate) log: PathBuf,
-    /// Where the closed log goes [default: <log>-recovered.mcap]
-    #[arg(long, value_name = "FILE.mcap")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct DoctorArgs {
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    Supervise(commands::conform::SuperviseArgs),
 }
 
 impl Command {
@@ -443,7 +206,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
             Ok(())
         }
         Command::Robot(args) => commands::robot::robot(catalog, &args),
-        Command::Man(args) => commands::man::man(&args),
+        Command::Man(args) => commands::man::man(&args, program()),
         Command::Schema => commands::schema::schema(catalog),
         Command::Bridge { settings } => return commands::bridge::bridge(&settings),
         Command::Participant(args) => return commands::participant::participant(catalog, &args),

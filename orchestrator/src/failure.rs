@@ -5,9 +5,10 @@ use processes::{Death, DirectoryError, RunError};
 use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
 
+use crate::judge::JudgeError;
 use crate::judge::metrics::MetricError;
 use crate::log::LogError;
-use crate::run::control::Unanswered;
+use crate::unanswered::Unanswered;
 
 /// What to do about a limit of open files that is too low.
 const FEW_FILES: &str =
@@ -144,6 +145,16 @@ Exit codes:
 impl From<Vec<Problem>> for Failure {
     fn from(problems: Vec<Problem>) -> Self {
         Self::Invalid(problems)
+    }
+}
+
+impl From<JudgeError> for Failure {
+    fn from(error: JudgeError) -> Self {
+        match error {
+            JudgeError::Log(error) => Self::Log(error),
+            JudgeError::Metric(error) => Self::Metric(error),
+            JudgeError::Scenario(problems) => Self::Invalid(problems),
+        }
     }
 }
 

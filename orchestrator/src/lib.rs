@@ -43,6 +43,7 @@ pub mod recorded;
 pub mod run;
 pub mod show;
 pub mod trial;
+mod unanswered;
 
 pub use catalog::Catalog;
 pub use cli::main;

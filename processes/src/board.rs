@@ -7,12 +7,9 @@
 //! locked for ever. Readers notice by the page that a worker has another incarnation, and [`follow`] it.
 
 use std::collections::BTreeMap;
-use std::fmt::Debug;
 use std::path::Path;
 
-use iceoryx2::prelude::{
-    Config, FileName, LogLevel, NodeBuilder, SemanticString, SignalHandlingMode, ipc, set_log_level,
-};
+use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
 pub(crate) use crate::cell::RING;
@@ -20,6 +17,7 @@ use crate::cell::{Class, ReadRing, WriteRing, class_for};
 use crate::directory;
 use crate::page::Page;
 use crate::seal::SealKey;
+use crate::service::{ServiceError, configuration, error};
 use crate::shares::{Share, Shares};
 use lockstep::PlanError;
 use lockstep::{ChannelId, Header, Network, Plan, Status, Store};
@@ -35,16 +33,6 @@ const CELL_COPIES: usize = 2;
 const READER_BYTES: usize = 256;
 /// ... and bytes for everything else.
 const SERVICE_BYTES: usize = 32 << 10;
-
-/// A service that could not be created or opened.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{what}: {cause}")]
-pub struct ServiceError {
-    /// What was tried, with the name of the service.
-    pub what: String,
-    /// What iceoryx2 says.
-    pub cause: String,
-}
 
 /// This process as iceoryx2 sees it.
 pub(crate) struct Hub {
@@ -331,25 +319,6 @@ pub(crate) fn follow<'a>(
     Ok(())
 }
 
-/// How iceoryx2 is to keep its files of a run, in the directory `root`.
-///
-/// # Errors
-/// [`ServiceError`] if it cannot use the directory or the name of the run.
-pub(crate) fn configuration(root: &Path, run: &str) -> Result<Config, ServiceError> {
-    set_log_level(LogLevel::Error);
-    let failed = |what: &str| format!("iceoryx2 cannot use {what} of the run");
-    // Not the global configuration: that reads files from the working directory and from the home of the user.
-    let mut config = Config::default();
-    config.global.prefix = FileName::new(directory::prefix(run).as_bytes()).map_err(error(failed("the name")))?;
-    let root = iceoryx2::prelude::Path::new(root.as_os_str().as_encoded_bytes());
-    config.global.set_root_path(&root.map_err(error(failed("the directory")))?);
-    // Cleaning up after dead processes races with living ones; the run directory is removed as a whole.
-    config.global.service.cleanup_dead_nodes_on_open = false;
-    config.global.node.cleanup_dead_nodes_on_creation = false;
-    config.global.node.cleanup_dead_nodes_on_destruction = false;
-    Ok(config)
-}
-
 /// Names a service of one process of a worker.
 fn service_name(plan: &Plan, share: &Share, incarnation: u32) -> String {
     format!("{}/out.{incarnation}.{}", plan.workers[share.worker].name, share.part)
@@ -364,9 +333,4 @@ fn class_of(network: &Network, channel: ChannelId) -> Result<Class, ServiceError
         what: "size of a sample".into(),
         cause: PlanError::Large { topic: channel.topic.clone(), words }.to_string(),
     })
-}
-
-/// The errors of iceoryx2 are many small enums; what matters is their names.
-pub(crate) fn error<E: Debug>(what: String) -> impl FnOnce(E) -> ServiceError {
-    move |cause| ServiceError { what, cause: format!("{cause:?}") }
 }

@@ -21,12 +21,12 @@ mod lineage;
 mod onlooker;
 mod page;
 mod seal;
+mod service;
 mod shares;
 mod tap;
 mod ticks;
 mod worker;
 
-pub use board::ServiceError;
 pub use conductor::{
     Activity, Balanced, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot,
     Span, WorkerUsage,
@@ -35,5 +35,6 @@ pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
 pub use directory::{DirectoryError, HeldDirectory, RunDirectory, Swept};
 pub use onlooker::{LookError, Onlooker};
 pub use page::run_name;
+pub use service::ServiceError;
 pub use tap::{Tap, TapHeader};
 pub use worker::{Comeback, Link, NotAWorker, Turn, Worker, serve};

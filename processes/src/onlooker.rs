@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::{LogLevel, set_log_level};
 
-use crate::board::{ChannelReader, Hub, RING, ServiceError};
+use crate::board::{ChannelReader, Hub, RING};
 use crate::directory::{self, Door};
+use crate::service::ServiceError;
 use crate::shares::Shares;
 use crate::{DirectoryError, RunDirectory};
 use lockstep::{ChannelId, Header, Network, Plan, PlanError, Status};

@@ -21,6 +21,7 @@ mod memory;
 mod passing;
 mod repair;
 mod side;
+mod spot;
 mod tally;
 mod wake;
 
@@ -32,9 +33,10 @@ use claim::CONDUCTOR;
 pub(crate) use events::Events;
 use memory::MESSAGE_BYTES;
 pub(crate) use memory::Page;
+use spot::Spot;
 pub(crate) use tally::{Run, Watch};
+use wake::EVERYBODY;
 pub use wake::run_name;
-use wake::{EVERYBODY, Spot};
 
 use crate::ticks;
 

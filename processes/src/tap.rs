@@ -11,7 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::board::{ServiceError, error};
+use crate::service::{ServiceError, error};
 use crate::{RunDirectory, keep_off_core};
 use lockstep::{ChannelId, Header, Network, Store};
 use service::Services;

@@ -18,7 +18,8 @@ pub(crate) use comeback::{COMEBACK, Orders};
 pub use link::{Link, Turn};
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
-use crate::board::{Hub, ServiceError};
+use crate::board::Hub;
+use crate::service::ServiceError;
 use seat::Seat;
 
 use crate::page::{Events, FaultKind, Page, Report};

@@ -12,7 +12,7 @@ use super::realtime::read_overrun;
 use super::wishes::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
 use crate::config::{Entry, Node, Problem, Problems, Sort, Source, Value, nearest, read};
-use crate::wiring::Role;
+use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::{Agent, AgentNumber, Graph, Scenario};
 use crate::config::{Node, Value, nearest};
 use crate::formula::{Expression, Operand};
-use crate::wiring::Role;
+use crate::role::Role;
 
 /// Why a scenario does not have a value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! What a scenario says about single agents by number, when the command line chooses other agents than those of the file.
 
 use crate::config::{Entry, Node, Table, Value};
-use crate::wiring::Role;
+use crate::role::Role;
 
 /// What becomes of the agents of a file: the new number of each, `None` for those that are left out.
 pub(super) struct Renumbering {

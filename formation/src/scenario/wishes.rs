@@ -5,7 +5,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::config::{Node, Problems, read};
-use crate::wiring::timing_of;
 
 /// `[placement]`: which participants share a process. It changes no bit of the result.
 #[derive(Deserialize, JsonSchema)]
@@ -66,4 +65,13 @@ pub(super) fn read_swaps(root: &Node, problems: &mut Problems) -> Vec<(String, S
         }
     }
     swaps
+}
+
+/// What a scenario file calls a timing.
+pub(crate) fn timing_of(word: &str) -> Option<Timing> {
+    match word {
+        "same_step" => Some(Timing::SameStep),
+        "delayed" => Some(Timing::Delayed),
+        _ => None,
+    }
 }

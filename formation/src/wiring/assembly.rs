@@ -1,60 +1,16 @@
 //! From a scenario to the network of its participants.
 
 use lockstep::{Channel, Layout, Network, Node, Participant};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
+use super::components::read_components;
 use super::present::add_variants_with;
 use super::ranges;
 use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
-use crate::config::{Node as ConfigNode, Problem, Problems, Sort, nearest};
+use crate::config::{Problem, Problems, Sort};
+use crate::role::Role;
 use crate::scenario::{Scenario, Selection, foreign};
-
-/// The four roles of a participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// Integrates the vehicles and publishes their states.
-    Plant,
-    /// Publishes what every agent has to track.
-    Planner,
-    /// Estimates what the sensors of one agent do not tell.
-    Observer,
-    /// Computes the input of one agent.
-    Controller,
-}
-
-impl Role {
-    /// All roles in order of a step.
-    pub const ALL: [Role; 4] = [Role::Plant, Role::Planner, Role::Observer, Role::Controller];
-
-    /// The section of a scenario file and the first part of a node's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Role::Plant => "plant",
-            Role::Planner => "planner",
-            Role::Observer => "observer",
-            Role::Controller => "controller",
-        }
-    }
-
-    /// Last part of the topics on which the role publishes.
-    pub fn channel(self) -> &'static str {
-        match self {
-            Role::Plant => "state",
-            Role::Planner => "reference",
-            Role::Observer => "estimate",
-            Role::Controller => "command",
-        }
-    }
-}
-
-impl std::fmt::Display for Role {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str(self.name())
-    }
-}
 
 /// The components that exist, by role. A program of your own starts from those of this repository and adds its own:
 ///
@@ -265,82 +221,6 @@ pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> Strin
     match agents {
         [agent] if !serves_all => format!("{role}_{}", agent + 1),
         _ => role.name().to_string(),
-    }
-}
-
-pub(super) fn read_components(
-    scenario: &Scenario,
-    roles: &Roles,
-    problems: &mut Problems,
-) -> Vec<(Role, Kind, Box<dyn Component>)> {
-    let mut components = Vec::new();
-    for role in Role::ALL {
-        if scenario.component(role).is_none() {
-            if role != Role::Observer {
-                problems.push(scenario.problem("", format!("missing section `[{role}]`")));
-            }
-            continue;
-        }
-        components.extend(read_component(scenario, role, roles.of(role), problems));
-    }
-    components
-}
-
-/// Reads and checks the component of one role; what is wrong goes to `problems`.
-pub(super) fn read_component(
-    scenario: &Scenario,
-    role: Role,
-    kinds: &[Kind],
-    problems: &mut Problems,
-) -> Option<(Role, Kind, Box<dyn Component>)> {
-    let section = scenario.section(role.name())?;
-    if section.as_table().is_none() {
-        let message = format!("expected a table with the `kind` of the {role}, found {}", section.describe());
-        problems.push(scenario.problem(role.name(), message));
-        return None;
-    }
-    let (kind, parameters) = split_kind(section, role, kinds, problems)?;
-    let component = (kind.read)(&parameters, role.name(), problems)?;
-    for (field, message) in component.check(&scenario.context).findings {
-        let path = match field.strip_prefix('/') {
-            Some(absolute) => absolute.to_string(),
-            None => format!("{role}.{field}"),
-        };
-        problems.push(scenario.problem(&path, message));
-    }
-    Some((role, kind, component))
-}
-
-/// The component that a section names, and the section without the keys that are not its parameters.
-fn split_kind(section: &ConfigNode, role: Role, kinds: &[Kind], problems: &mut Problems) -> Option<(Kind, ConfigNode)> {
-    let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
-    let mut parameters = section.clone();
-    let table = parameters.as_table_mut()?;
-    table.remove("every");
-    table.remove("offset");
-    table.remove("per_agent");
-    let Some(node) = table.remove("kind") else {
-        let message = format!("missing field `kind`, expected one of {}", names.join(", "));
-        problems.at(section, role.name(), message).sort = Sort::Missing;
-        return None;
-    };
-    let Some(found) = node.as_str() else {
-        let message = format!("expected a name, one of {}, found {}", names.join(", "), node.describe());
-        problems.push(Problem::new(Some(node.origin.clone()), format!("{role}.kind"), message));
-        return None;
-    };
-    match kinds.iter().find(|kind| kind.name == found) {
-        Some(kind) => Some((*kind, parameters)),
-        None => {
-            let help = nearest(found, names.iter().copied()).map(|name| format!("; did you mean `{name}`?"));
-            let message = format!(
-                "no {role} is called `{found}`, expected one of {}{}",
-                names.join(", "),
-                help.unwrap_or_default()
-            );
-            problems.push(Problem::new(Some(node.origin.clone()), format!("{role}.kind"), message));
-            None
-        }
     }
 }
 

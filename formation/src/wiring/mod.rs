@@ -7,6 +7,7 @@
 mod assembly;
 mod bind;
 mod component;
+mod components;
 mod interface;
 mod present;
 mod ranges;
@@ -14,10 +15,10 @@ mod rest;
 mod station;
 mod wishes;
 
-pub use assembly::{Assembly, NodeRole, Role, Roles};
+pub use crate::role::Role;
+pub use assembly::{Assembly, NodeRole, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
 pub use interface::Interface;
 pub use present::present;
 pub use station::{Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, scenario_text};
-pub(crate) use wishes::timing_of;

@@ -1,7 +1,7 @@
 //! Overrides of fields that only some variants of a scenario have.
 
 use super::Roles;
-use super::assembly::read_components;
+use super::components::read_components;
 use crate::config::{Origin, Problem, Problems, Sort};
 use crate::scenario::{Override, Scenario, Selection};
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use lockstep::{Network, Node, Participant, Plan, Slice};
 
-use super::assembly::{node_name, read_component};
+use super::assembly::node_name;
+use super::components::read_component;
 use super::rest::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems, read_text};

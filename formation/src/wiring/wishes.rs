@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lockstep::{Network, Timing};
+use lockstep::Network;
 
 use crate::config::{Problem, nearest};
 use crate::scenario::Scenario;
@@ -116,13 +116,4 @@ pub(super) fn check_swaps(scenario: &Scenario, network: &Network) -> Result<(), 
         }
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
-}
-
-/// What a scenario file calls a timing.
-pub(crate) fn timing_of(word: &str) -> Option<Timing> {
-    match word {
-        "same_step" => Some(Timing::SameStep),
-        "delayed" => Some(Timing::Delayed),
-        _ => None,
-    }
 }

@@ -67,7 +67,7 @@ impl Job {
         let recorded = Log::open(&log.0)?;
         let verdict = match recorded.steps().is_empty() {
             true => None,
-            false => Some(Verdict::of(catalog, &assembly.scenario, &recorded)?),
+            false => Some(Verdict::of(&catalog.metrics, &assembly.scenario, &recorded)?),
         };
         let stopped = outcome.ending.reason();
         let findings = outcome.findings;

@@ -1,8 +1,6 @@
 //! What the command line says about itself, as documents.
 
-use std::path::PathBuf;
-
-use clap::{Args, CommandFactory};
+use clap::CommandFactory;
 
 use super::Cli;
 use crate::failure::EXIT_CODES;
@@ -24,14 +22,8 @@ pub(super) fn after_help() -> String {
     )
 }
 
-#[derive(Debug, Args)]
-pub(crate) struct ManArgs {
-    /// Where they go; `man -l FOLDER/phalanx-run.1` shows one
-    pub(crate) folder: PathBuf,
-}
-
 /// The whole command line.
-pub(crate) fn program() -> clap::Command {
+pub(super) fn program() -> clap::Command {
     Cli::command().term_width(100)
 }
 
@@ -64,6 +56,7 @@ fn section(command: clap::Command, level: usize, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::man::{ManArgs, man};
 
     #[test]
     fn every_command_that_is_shown_is_described() {
@@ -76,7 +69,7 @@ mod tests {
     #[test]
     fn every_command_has_a_manual_page() {
         let folder = std::env::temp_dir().join(format!("phalanx-man-{}", std::process::id()));
-        crate::commands::man::man(&ManArgs { folder: folder.clone() }).unwrap();
+        man(&ManArgs { folder: folder.clone() }, program()).unwrap();
         let mut commands: Vec<String> = program()
             .get_subcommands()
             .filter(|c| !c.is_hide_set())

@@ -1,14 +1,42 @@
 //! `phalanx campaign`.
 
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 
 use crate::campaign::{as_json, as_markdown, as_text, run_all};
 use crate::catalog::Catalog;
-use crate::cli::{CampaignArgs, TableFormat};
 use crate::failure::Failure;
 use crate::files;
 use crate::run::leftovers::Scratch;
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// For a terminal
+    Text,
+    /// For a document
+    Markdown,
+    /// For programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CampaignArgs {
+    /// Names of scenarios (see `phalanx list`) [default: all]
+    pub(crate) scenarios: Vec<String>,
+    /// How the tables are written
+    #[arg(long, value_enum, default_value_t = TableFormat::Text)]
+    pub(crate) format: TableFormat,
+    /// Same as --format json
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the tables go [default: stdout]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
 
 pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Failure> {
     if let Some(out) = &args.out {

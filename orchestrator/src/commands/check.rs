@@ -1,21 +1,35 @@
 //! `phalanx check`.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use formation::scenario::Selection;
 use serde_json::{Value, json};
 
 use super::select::from_head;
 use crate::catalog::Catalog;
-use crate::cli::CheckArgs;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
 use crate::run::players::Player;
 use crate::terminal::{columns, wrapped};
 
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> {
     let assembly = from_head(catalog, &args.log, &Selection::default())?;
     let scenario = &assembly.scenario;
-    let (verdict, log) = Verdict::read(catalog, scenario, &args.log)?;
+    let (verdict, log) = Verdict::read(&catalog.metrics, scenario, &args.log)?;
     let Some(verdict) = verdict else {
         return Err(Failure::Usage(format!(
             "{} holds no complete step; there is nothing to check",

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use serde_json::json;
 
+use super::arguments::{ScenarioArgs, wait_time};
 use super::select::{assemble, from_head};
 use crate::catalog::Catalog;
-use crate::cli::{ConformArgs, ScenarioArgs, SuperviseArgs};
 use crate::failure::Failure;
 use crate::run::leftovers::Scratch;
 use crate::run::pinning::Pin;
@@ -16,6 +17,51 @@ use crate::run::placement::Placement;
 use crate::run::swap::{node_called, program_problem};
 use crate::run::{Options, run};
 use crate::trial::conform::{Demands, Range, Report, Verdict, conform as try_all, supervise as watch};
+
+#[derive(Debug, Args)]
+pub(crate) struct ConformArgs {
+    /// The participant whose place the program is to take: controller.3, observer_2, plant
+    pub(crate) node: String,
+    /// Scenario to take the inputs from: a shipped one (see `phalanx list`) or a file
+    #[arg(long, default_value = "triangle", conflicts_with = "log")]
+    pub(crate) scenario: String,
+    /// Variant of the scenario
+    #[arg(long, conflicts_with = "log")]
+    pub(crate) variant: Option<String>,
+    /// Change a field of the scenario: --set NAME=VALUE; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "log")]
+    pub(crate) set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with = "log")]
+    pub(crate) set_if_present: Vec<String>,
+    /// Take the inputs from this log instead
+    #[arg(long, value_name = "LOG.mcap")]
+    pub(crate) log: Option<PathBuf>,
+    /// Steps of each trial, at most; fewer if the scenario has fewer
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(10..=100_000))]
+    pub(crate) steps: u64,
+    /// How long the program may take to start, for a step, and to end, in s
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = wait_time)]
+    pub(crate) patience: f64,
+    /// An interval for all numbers of an output: --range input=-20..20; may be repeated
+    #[arg(long, value_name = "FIELD=LOW..HIGH", allow_hyphen_values = true)]
+    pub(crate) range: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// The program with its arguments, behind --
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    pub(crate) command: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SuperviseArgs {
+    /// Where to write how the program ended
+    pub(crate) status: PathBuf,
+    /// The program with its arguments
+    #[arg(last = true, required = true)]
+    pub(crate) command: Vec<std::ffi::OsString>,
+}
 
 pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failure> {
     let assembly = short_scenario(catalog, args)?;

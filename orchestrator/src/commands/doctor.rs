@@ -1,11 +1,18 @@
 //! `phalanx doctor`.
 
+use clap::Args;
 use processes::RunDirectory;
 use serde_json::json;
 
-use crate::cli::DoctorArgs;
 use crate::failure::Failure;
 use crate::run::leftovers::{self, Removed};
+
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
     let removed = leftovers::sweep();

@@ -1,12 +1,35 @@
 //! `phalanx echo`.
 
 use std::io::{BufWriter, ErrorKind, Write, stdout};
+use std::path::PathBuf;
 
-use crate::cli::EchoArgs;
+use clap::Args;
+
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::show::export::{Table, header, write_row};
 use crate::show::view::{signals, topics};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx echo run.mcap agent_1/state
+  phalanx echo run.mcap agent_1/state position --at 12.5
+  phalanx echo run.mcap agent_2/command input --every 100 | column -t")]
+pub(crate) struct EchoArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// A topic, as `phalanx info` lists them: agent_1/state
+    pub(crate) topic: String,
+    /// A field of the topic; all of them if it is left out
+    pub(crate) field: Option<String>,
+    /// Only the step at or before this time, s
+    #[arg(long, value_name = "SECONDS", conflicts_with = "every", allow_negative_numbers = true)]
+    pub(crate) at: Option<f64>,
+    /// Only every K-th step
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) every: u64,
+}
 
 pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
     let outline = Log::outline(&args.log)?;

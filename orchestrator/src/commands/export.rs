@@ -2,13 +2,32 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::ExportArgs;
+use clap::Args;
+
 use crate::failure::Failure;
 use crate::files;
 use crate::log::{Log, LogChannel};
 use crate::show::export::ExportFormat;
 use crate::show::export::{Table, write_csv, write_mat, write_npz, write_parquet};
 use crate::show::view::topics;
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// How the signals are stored
+    #[arg(long, value_enum, default_value_t = ExportFormat::Csv)]
+    pub(crate) format: ExportFormat,
+    /// Only these topics, separated by commas; `*` stands for anything: --topics 'agent_1/*,*/command'
+    #[arg(long, value_name = "TOPICS", value_delimiter = ',')]
+    pub(crate) topics: Vec<String>,
+    /// Only every K-th step
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) every: u64,
+    /// Where they go [default: beside the log: the folder <LOG>-csv or <LOG>-parquet, or <LOG>.npz, <LOG>.mat]
+    #[arg(long, value_name = "FOLDER|FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let log = Log::open(&args.log)?;

@@ -3,15 +3,41 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use clap::{Args, ValueEnum};
 use formation::wiring::Assembly;
 use lockstep::{Network, Timing};
 use serde_json::json;
 
+use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
-use crate::cli::{GraphArgs, GraphFormat};
 use crate::failure::Failure;
 use crate::terminal::counted;
+
+/// How a graph is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GraphFormat {
+    /// For a terminal
+    Text,
+    /// For Markdown that renders Mermaid
+    Mermaid,
+    /// For Graphviz
+    Dot,
+    /// For programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GraphArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// How the graph is written
+    #[arg(long, value_enum, default_value_t = GraphFormat::Text)]
+    pub(crate) format: GraphFormat,
+    /// Same as --format json
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn graph(catalog: &Catalog, args: &GraphArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;

@@ -1,14 +1,28 @@
 //! `phalanx info`.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use lockstep::Shape;
 use serde_json::json;
 
 use super::check::players_json;
-use crate::cli::InfoArgs;
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel, Unfinished};
 use crate::run::players::Player;
 use crate::terminal::plain;
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// Print the scenario that the log holds, with all overrides, as TOML
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) scenario: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
     let log = Log::outline(&args.log)?;

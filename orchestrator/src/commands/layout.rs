@@ -2,14 +2,36 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+
+use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
-use crate::cli::{LayoutArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::files;
 use crate::log::Log;
 use crate::show::layouts::Viewer;
 use crate::show::layouts::layout as write_layout;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx layout runs/uav-TSC.mcap --for foxglove
+  phalanx layout uav --for plotjuggler --out uav.xml")]
+pub(crate) struct LayoutArgs {
+    /// A log that `phalanx run` recorded, or a scenario that is yet to run
+    #[arg(value_name = "LOG.mcap|SCENARIO")]
+    pub(crate) run: String,
+    /// For which viewer
+    #[arg(long = "for", value_enum, value_name = "VIEWER")]
+    pub(crate) viewer: Viewer,
+    /// Variant of the scenario
+    #[arg(long)]
+    pub(crate) variant: Option<String>,
+    /// Where the layout goes [default: beside the log, or here: <LOG>-<VIEWER>.json, .xml, .py]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
 
 pub(crate) fn layout(catalog: &Catalog, args: &LayoutArgs) -> Result<(), Failure> {
     let path = Path::new(&args.run);

@@ -1,12 +1,22 @@
 //! `phalanx list`.
 
+use clap::Args;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::Role;
 use serde_json::json;
 
 use crate::catalog::Catalog;
-use crate::cli::ListArgs;
 use crate::failure::Failure;
+
+#[derive(Debug, Args)]
+pub(crate) struct ListArgs {
+    /// List the components that scenarios can name instead
+    #[arg(long)]
+    pub(crate) components: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
     if args.components {

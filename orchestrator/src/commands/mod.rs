@@ -1,5 +1,6 @@
 //! The commands of the program, a file each.
 
+mod arguments;
 pub(crate) mod bridge;
 pub(crate) mod campaign;
 pub(crate) mod check;

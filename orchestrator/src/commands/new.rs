@@ -2,13 +2,49 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::{Args, ValueEnum};
 use formation::wiring::Role;
 
+use super::arguments::ScenarioArgs;
 use super::select::{assemble, find};
 use crate::catalog::Catalog;
-use crate::cli::{NewArgs, NewRole, ScenarioArgs};
 use crate::failure::Failure;
-use crate::trial::scaffold::{Order, create};
+use crate::trial::scaffold::{Language, Order, create};
+
+/// What a new project is to serve as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NewRole {
+    /// Computes the input of one agent
+    Controller,
+    /// Estimates what the sensors of one agent do not tell
+    Observer,
+    /// Says what every agent has to track
+    Planner,
+    /// Moves the vehicles
+    Plant,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct NewArgs {
+    /// What the program is to serve as
+    #[arg(value_enum)]
+    pub(crate) role: NewRole,
+    /// Name of the project, and of the folder that is made for it
+    pub(crate) name: String,
+    /// What it is written in
+    #[arg(long, value_enum)]
+    pub(crate) lang: Language,
+    /// Scenario whose signals it has: a shipped one (see `phalanx list`) or a file
+    /// [default: triangle; for an observer, which triangle does not have, cida]
+    #[arg(long)]
+    pub(crate) scenario: Option<String>,
+    /// Variant of the scenario
+    #[arg(long)]
+    pub(crate) variant: Option<String>,
+    /// Checkout of the source of Phalanx [default: the one that this program was built from]
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) phalanx: Option<PathBuf>,
+}
 
 pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
     let default = if matches!(args.role, NewRole::Observer) { "cida" } else { "triangle" };

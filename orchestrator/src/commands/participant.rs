@@ -1,15 +1,26 @@
 //! `phalanx participant`: a process of a run.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::Args;
 use formation::config::Problem;
 use formation::scenario::{Scenario, Selection};
 use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
 use crate::catalog::Catalog;
-use crate::cli::ParticipantArgs;
 use crate::recorded::played;
 use crate::run::urgency::lock_memory_if_wanted;
+
+#[derive(Debug, Args)]
+pub(crate) struct ParticipantArgs {
+    /// Play the participants from this log
+    #[arg(long, value_name = "LOG")]
+    pub(crate) replay: Option<PathBuf>,
+    /// Multiply what is played
+    #[arg(long, default_value_t = 1.0, requires = "replay")]
+    pub(crate) factor: f64,
+}
 
 /// Builds the participants that the plan assigns to this process, or plays them from a log, and serves.
 pub(crate) fn participant(catalog: &Catalog, args: &ParticipantArgs) -> ExitCode {

@@ -1,8 +1,10 @@
 //! `phalanx plot`.
 
 use std::io::IsTerminal;
+use std::path::PathBuf;
 
-use crate::cli::PlotArgs;
+use clap::Args;
+
 use crate::failure::Failure;
 use crate::judge::metrics::norm;
 use crate::log::Log;
@@ -14,6 +16,40 @@ use crate::terminal::plain;
 const WIDTH: u16 = 100;
 /// Lines that one can still tell apart.
 const LINES_MAX: usize = 24;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A signal is TOPIC/FIELD, with [K] for its component K, from 0; `*` stands for anything.
+
+Examples:
+  phalanx plot run.mcap agent_1/state/position[2]
+  phalanx plot run.mcap 'agent_*/command/input[0]' --from 0 --to 5
+  phalanx plot run.mcap 'agent_*/estimate/disturbance' --norm --log-scale")]
+pub(crate) struct PlotArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// What is drawn: agent_1/state/position[2]
+    #[arg(required = true)]
+    pub(crate) signals: Vec<String>,
+    /// Draw the norm of a vector instead of its components
+    #[arg(long)]
+    pub(crate) norm: bool,
+    /// Logarithmic values
+    #[arg(long)]
+    pub(crate) log_scale: bool,
+    /// First instant, s
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) from: Option<f64>,
+    /// Last instant, s
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) to: Option<f64>,
+    /// Columns [default: those of the terminal, or 100]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(30..=1000))]
+    pub(crate) width: Option<u16>,
+    /// Lines of the drawing
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(3..=200))]
+    pub(crate) height: u16,
+}
 
 pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     let log = Log::open(&args.log)?;

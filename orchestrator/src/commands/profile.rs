@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::Args;
 use formation::wiring::Assembly;
 
+use super::arguments::ScenarioArgs;
 use super::run::{conclude, end_on_signals, inputs, parse_swaps, show_profile};
 use super::select::{assemble, from_log};
 use crate::catalog::Catalog;
-use crate::cli::{ProfileArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::files;
 use crate::log::Log;
@@ -15,6 +16,30 @@ use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
 use crate::terminal::counted;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "SCENARIO may be a log, too: its scenario is run again, since a log holds no times, which differ from run to run."
+)]
+pub(crate) struct ProfileArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// Record the run, as `phalanx run` does; else nothing is recorded
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+    /// Where the trace of the last steps goes, for ui.perfetto.dev [default: <scenario>.trace.json]
+    #[arg(long, value_name = "TRACE.json")]
+    pub(crate) trace: Option<PathBuf>,
+    /// How the participants are spread over processes; `single` has no trace [default: as for `phalanx run`]
+    #[arg(long, value_enum)]
+    pub(crate) placement: Option<Placement>,
+    /// Cores of the processes: `auto`, `none` or the number of a core, as for `phalanx run`
+    #[arg(long, default_value = "auto")]
+    pub(crate) pin: String,
+    /// Show no progress
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
 
 pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failure> {
     let assembly = assembly_of(catalog, &args.scenario)?;

@@ -1,8 +1,20 @@
 //! `phalanx recover`.
 
-use crate::cli::RecoverArgs;
+use std::path::PathBuf;
+
+use clap::Args;
+
 use crate::failure::Failure;
 use crate::log;
+
+#[derive(Debug, Args)]
+pub(crate) struct RecoverArgs {
+    /// The log of a killed run
+    pub(crate) log: PathBuf,
+    /// Where the closed log goes [default: <log>-recovered.mcap]
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+}
 
 pub(crate) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| {

@@ -1,18 +1,20 @@
 //! `phalanx replay`.
 
 use std::path::Path;
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
+use clap::Args;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use processes::Settings;
 use serde_json::{Value, json};
 
+use super::arguments::not_negative;
 use super::check::players_json;
 use super::select::{from_head, names_one_plant};
 use crate::catalog::Catalog;
-use crate::cli::ReplayArgs;
 use crate::failure::Failure;
 use crate::files;
 use crate::log::Log;
@@ -29,6 +31,30 @@ use crate::trial::replay::{Departures, Outcome, Setup, rerun};
 const BUILTIN: &str = "builtin";
 /// How long both processes may take to connect.
 const START_TIMEOUT: Duration = Duration::from_secs(30);
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// A log that `phalanx run` recorded
+    pub(crate) log: PathBuf,
+    /// The participant that is run again; all others are played from the log: controller.3, plant
+    #[arg(long, value_name = "NODE")]
+    pub(crate) only: String,
+    /// What is run in its place [default: our own component of the scenario in the log]: a program of yours,
+    /// --swap controller.3=./my_controller, what another log holds of it, --swap controller.3=replay:LOG.mcap, or a robot, --swap
+    /// plant.2=hardware:robot2.toml
+    #[arg(long, value_name = "NODE=COMMAND|replay:LOG")]
+    pub(crate) swap: Option<String>,
+    /// Take numbers for equal that are no further apart than this; if the recorded number is larger than 1, than this times
+    /// the number
+    #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = not_negative)]
+    pub(crate) tolerance: f64,
+    /// Record the new run
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure> {
     // A recorded plant of all agents can be compared with that of one.

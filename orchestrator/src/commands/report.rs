@@ -2,13 +2,36 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+
 use crate::catalog::Catalog;
-use crate::cli::ReportArgs;
 use crate::failure::Failure;
 use crate::files;
 use crate::show::figures::FigureFormat;
 use crate::show::view::Subject;
 use crate::show::{figures, report};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx report runs/uav-TSC.mcap
+  phalanx report runs/uav-TSC.mcap runs/uav-TOC.mcap --out both.html
+  phalanx report runs/uav-*.mcap --figures figures --format pdf")]
+pub(crate) struct ReportArgs {
+    /// Logs that `phalanx run` recorded; several are compared
+    #[arg(required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Where the report goes [default: <LOG>.html beside the log, or comparison.html]
+    #[arg(long, value_name = "FILE.html", conflicts_with = "figures")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write figures for a paper into this folder instead of a report: those of the thesis by their numbers, and all plots of each
+    /// run
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) figures: Option<PathBuf>,
+    /// How the figures are stored
+    #[arg(long, value_enum, default_value_t = FigureFormat::Svg, requires = "figures")]
+    pub(crate) format: FigureFormat,
+}
 
 pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure> {
     let subjects = args.logs.iter().map(|log| Subject::open(catalog, log)).collect::<Result<Vec<_>, _>>()?;

@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
+use clap::{Args, ValueEnum};
 use formation::scenario::{FailurePolicy, OnFailure};
 use formation::wiring::Assembly;
+use lockstep::Wake;
 use processes::console::{self, Dropped};
 use serde_json::{Value, json};
 
+use super::arguments::{ScenarioArgs, factor, wait_time};
 use super::check::{held, players_json, show_findings, show_players, summary_line};
 use super::select::assemble_for;
 use crate::catalog::Catalog;
-use crate::cli::{RunArgs, ScenarioArgs};
 use crate::failure::Failure;
 use crate::files;
 use crate::judge::verdict::Verdict;
@@ -32,6 +34,88 @@ use crate::terminal::{self, columns, quoted, wrapped};
 const PATIENCE: Duration = Duration::from_millis(700);
 /// Time between two looks whether its log is closed.
 const LOOK: Duration = Duration::from_millis(10);
+
+/// What the processes of a run wake each other with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Waking {
+    /// Futexes on shared memory, as Linux has them
+    Futex,
+    /// Events of iceoryx2, for systems without such futexes; slower
+    Events,
+}
+
+impl From<Waking> for Wake {
+    fn from(waking: Waking) -> Self {
+        match waking {
+            Waking::Futex => Self::Futex,
+            Waking::Events => Self::Events,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// Where the log goes [default: runs/<scenario>-<variant>.mcap]
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) out: Option<PathBuf>,
+    /// Record nothing and check nothing
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) no_log: bool,
+    /// Record the signals only, without the messages (/tf, /scene/..., /rosout) from which viewers draw the formation
+    #[arg(long, conflicts_with = "no_log")]
+    pub(crate) no_scene: bool,
+    /// How the participants are spread over processes; changes no bit of the result [default: groups if the scenario has
+    /// any, else processes]
+    #[arg(long, value_enum)]
+    pub(crate) placement: Option<Placement>,
+    /// Cores of the processes: `auto` (one core that no other run has taken; more if what the participants compute is worth
+    /// the wake-ups, which is measured), `none` (the operating system decides) or the number of a core
+    #[arg(long, default_value = "auto")]
+    pub(crate) pin: String,
+    /// What the processes wake each other with; changes no bit of the result
+    #[arg(long, value_enum, default_value_t = Waking::Futex)]
+    pub(crate) wake: Waking,
+    /// Keep pace with the clock: so many simulated seconds per second
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = factor)]
+    pub(crate) realtime: Option<f64>,
+    /// Let the processes of the run go before all others: SCHED_FIFO with this priority, and memory that is not swapped, where
+    /// the system permits it
+    #[arg(long, value_name = "1...99", value_parser = clap::value_parser!(u8).range(1..=99))]
+    pub(crate) rt_priority: Option<u8>,
+    /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
+    #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
+    pub(crate) profile: Option<Option<PathBuf>>,
+    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
+    #[arg(long)]
+    pub(crate) tap: bool,
+    /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
+    /// --swap "observer.2=python3 my_observer.py"; what was recorded of it, --swap controller.1=replay:LOG.mcap; a robot,
+    /// --swap plant.2=hardware:robot2.toml; or an emulated one, --swap plant.2=emulator (emulator:free if its time passes by
+    /// itself). May be repeated; the section [swap] of a scenario says the same
+    #[arg(long, value_name = "NODE=COMMAND|replay:LOG|hardware:FILE")]
+    pub(crate) swap: Vec<String>,
+    /// What to do when a participant fails: `abort`, `restart` (started anew, and the log does not show it) or `hold` (its
+    /// last sample stands, marked as stale); for all, or as NODE=POLICY such as controller.3=restart; may be repeated
+    #[arg(long, value_name = "[NODE=]POLICY")]
+    pub(crate) on_failure: Vec<String>,
+    /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
+    #[arg(long, value_name = "SECONDS", value_parser = wait_time)]
+    pub(crate) deadline: Option<f64>,
+    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Print one JSON object as the last line of stdout, and no table
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Show no progress; twice: no warnings either
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub(crate) quiet: u8,
+    /// Write what every process prints into a file of its own in this folder, and the program's own messages to phalanx.log
+    #[arg(long, value_name = "DIR")]
+    pub(crate) log_dir: Option<PathBuf>,
+}
 
 pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(catalog, &args.scenario, &args.swap)?;
@@ -78,7 +162,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
     let (verdict, players) = match &outcome.log {
         Some(log) => {
-            let (verdict, log) = Verdict::read(catalog, &assembly.scenario, &log.path)?;
+            let (verdict, log) = Verdict::read(&catalog.metrics, &assembly.scenario, &log.path)?;
             (verdict, log.players().iter().map(Player::read).collect())
         }
         None => (None, Player::all(&options.swaps)),

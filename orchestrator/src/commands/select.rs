@@ -6,8 +6,8 @@ use formation::config::{TextError, brief, nearest, read_text};
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, present};
 
+use super::arguments::ScenarioArgs;
 use crate::catalog::Catalog;
-use crate::cli::ScenarioArgs;
 use crate::failure::Failure;
 use crate::judge::assertions;
 use crate::log::{Head, Log};

@@ -4,10 +4,24 @@ use std::fmt::Write;
 use std::io::IsTerminal;
 use std::thread;
 
+use clap::Args;
+
+use super::arguments::{RunName, wait_time};
 use super::select_run::choose;
-use crate::cli::TopArgs;
 use crate::failure::Failure;
 use crate::run::control::{Request, Status, Unanswered, ask};
+
+#[derive(Debug, Args)]
+pub(crate) struct TopArgs {
+    #[command(flatten)]
+    pub(crate) run: RunName,
+    /// Seconds between two looks
+    #[arg(long, default_value = "1", value_parser = wait_time)]
+    pub(crate) interval: f64,
+    /// Print one look and end
+    #[arg(long)]
+    pub(crate) once: bool,
+}
 
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let run = choose(args.run.name.as_deref())?;

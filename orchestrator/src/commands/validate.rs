@@ -1,12 +1,25 @@
 //! `phalanx validate`.
 
+use clap::Args;
 use serde_json::json;
 
+use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
-use crate::cli::ValidateArgs;
 use crate::failure::Failure;
 use crate::terminal::counted;
+
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArgs {
+    #[command(flatten)]
+    pub(crate) scenario: ScenarioArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the effective scenario, with variant and overrides applied, as TOML
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) print: bool,
+}
 
 pub(crate) fn validate(catalog: &Catalog, args: &ValidateArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;

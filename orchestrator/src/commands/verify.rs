@@ -1,16 +1,15 @@
 //! `phalanx verify`.
 
 use std::path::Path;
-
-use clap::ValueEnum;
-use formation::wiring::Assembly;
 use std::path::PathBuf;
 
+use clap::{Args, ValueEnum};
+use formation::wiring::Assembly;
 use serde_json::json;
 
+use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
-use crate::cli::{ScenarioArgs, VerifyArgs};
 use crate::failure::Failure;
 use crate::log::{Comparison, Log, compare};
 use crate::run::engine::cores;
@@ -22,6 +21,43 @@ use crate::run::stress::{Busy, Stress};
 use crate::run::swap::{RobotSwap, Swap};
 use crate::run::{Options, run};
 use crate::terminal::plain;
+
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// Two logs to compare
+    #[arg(num_args = 2, value_name = "LOG", required_unless_present = "scenario", conflicts_with = "scenario")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Run this scenario in many ways instead, and compare
+    #[arg(long)]
+    pub(crate) scenario: Option<String>,
+    /// Variant to run
+    #[arg(long, requires = "scenario")]
+    pub(crate) variant: Option<String>,
+    /// Change a field of the scenario: --set NAME=VALUE; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", requires = "scenario")]
+    pub(crate) set: Vec<String>,
+    /// The same for a field that only some variants have: in the others it does nothing
+    #[arg(long, value_name = "NAME=VALUE", requires = "scenario")]
+    pub(crate) set_if_present: Vec<String>,
+    /// Length of each run in s
+    #[arg(long, value_name = "SECONDS", requires = "scenario")]
+    pub(crate) duration: Option<String>,
+    /// Placements to run, or `all`
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all", requires = "scenario")]
+    pub(crate) placements: Vec<String>,
+    /// How often each way is run
+    #[arg(long, default_value_t = 1, requires = "scenario")]
+    pub(crate) repeat: u64,
+    /// Disturb every run: random delays in the participants, other orders and priorities, busy cores
+    #[arg(long, requires = "scenario")]
+    pub(crate) stress: bool,
+    /// Decides on the disturbances
+    #[arg(long, default_value_t = 1, requires = "stress")]
+    pub(crate) seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 pub(crate) fn verify(catalog: &Catalog, args: &VerifyArgs) -> Result<(), Failure> {
     match (&args.scenario, args.logs.as_slice()) {

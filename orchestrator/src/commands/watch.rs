@@ -7,12 +7,13 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use processes::RunDirectory;
 use serde_json::json;
 
+use super::arguments::RunName;
 use super::select_run::{choose, no_such_run};
 use crate::catalog::Catalog;
-use crate::cli::WatchArgs;
 use crate::failure::Failure;
 use crate::run::control::{Request, State, Status, ask};
 use crate::show::report;
@@ -26,6 +27,28 @@ const QUESTION: Duration = Duration::from_millis(250);
 const LOOK: Duration = Duration::from_millis(20);
 /// How long a run that is named may take until it is there: it may have been started a moment ago.
 const NAMED_PATIENCE: Duration = Duration::from_secs(3);
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  phalanx run uav --realtime &   then   phalanx watch
+  phalanx watch --web            waits for a run if none is going on
+  phalanx watch uav-2 --web --port 9000
+
+The run does not notice: nothing waits for whoever looks on. What is between two looks is only in the log.")]
+pub(crate) struct WatchArgs {
+    #[command(flatten)]
+    pub(crate) run: RunName,
+    /// Show it in a browser on this machine: the formation in motion and all plots, as in a report
+    #[arg(long)]
+    pub(crate) web: bool,
+    /// Port of the page [default: 8467 if it is free, else any]
+    #[arg(long, requires = "web", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) port: Option<u16>,
+    /// Only print where the page is, open no browser
+    #[arg(long, requires = "web")]
+    pub(crate) no_open: bool,
+}
 
 pub(crate) fn watch(catalog: &Catalog, args: &WatchArgs) -> Result<(), Failure> {
     let leave = Arc::new(AtomicBool::new(false));

@@ -2,5 +2,8 @@
 
 pub mod assertions;
 pub mod claims;
+mod error;
 pub mod metrics;
 pub mod verdict;
+
+pub use error::JudgeError;

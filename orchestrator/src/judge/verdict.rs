@@ -6,9 +6,8 @@ use std::path::Path;
 use formation::scenario::{Expectation, Scenario};
 use serde_json::{Map, Value, json};
 
-use crate::catalog::Catalog;
-use crate::failure::Failure;
-use crate::judge::metrics::{Metric, MetricError, Run};
+use crate::judge::JudgeError;
+use crate::judge::metrics::{Metric, MetricError, MetricSet, Run};
 use crate::log::Log;
 
 /// A metric with its band.
@@ -60,20 +59,20 @@ impl Verdict {
     ///
     /// # Errors
     /// [`MetricError`] if the log does not hold what the metrics need, or the scenario names an unknown set.
-    pub fn of(catalog: &Catalog, scenario: &Scenario, log: &Log) -> Result<Self, MetricError> {
-        Ok(Self::compare(scenario, compute(catalog, &Run::new(scenario, log))?))
+    pub fn of(sets: &[MetricSet], scenario: &Scenario, log: &Log) -> Result<Self, MetricError> {
+        Ok(Self::compare(scenario, compute(sets, &Run::new(scenario, log))?))
     }
 
     /// The same from the log `path`, of which only those signals are kept in memory that the metrics read. Returns the log with
     /// them, too; no verdict on a log that holds no complete step.
     ///
     /// # Errors
-    /// As those of [`Verdict::of`], and [`Failure::Log`] if the log cannot be read.
-    pub fn read(catalog: &Catalog, scenario: &Scenario, path: &Path) -> Result<(Option<Self>, Log), Failure> {
+    /// As those of [`Verdict::of`], and [`JudgeError::Log`] if the log cannot be read.
+    pub fn read(sets: &[MetricSet], scenario: &Scenario, path: &Path) -> Result<(Option<Self>, Log), JudgeError> {
         // What is read does not depend on how many steps there are.
         let first = Log::first_step(path)?;
         let run = Run::new(scenario, &first);
-        let known = if first.steps().is_empty() { Ok(Vec::new()) } else { compute(catalog, &run) };
+        let known = if first.steps().is_empty() { Ok(Vec::new()) } else { compute(sets, &run) };
         let asked = run.asked();
         let is_asked = |topic: &str, field: &str| asked.contains(&(topic.into(), field.into()));
         let log = Log::open_for(path, &is_asked)?;
@@ -82,10 +81,10 @@ impl Verdict {
             return Ok((None, log));
         }
         let run = Run::new(scenario, &log);
-        let metrics = compute(catalog, &run);
+        let metrics = compute(sets, &run);
         let lacks = |(topic, field): &(String, String)| !is_asked(topic, field) && log.has(topic, field);
         let metrics = match run.asked().iter().any(lacks) {
-            true => compute(catalog, &Run::new(scenario, &Log::open(path)?))?,
+            true => compute(sets, &Run::new(scenario, &Log::open(path)?))?,
             false => metrics?,
         };
         Ok((Some(Self::compare(scenario, metrics)), log))
@@ -186,12 +185,12 @@ impl Verdict {
 }
 
 /// The metrics of the set that the scenario names; none if it names none.
-fn compute(catalog: &Catalog, run: &Run) -> Result<Vec<Metric>, MetricError> {
+fn compute(sets: &[MetricSet], run: &Run) -> Result<Vec<Metric>, MetricError> {
     let name = &run.scenario.metrics;
     if name.is_empty() {
         return Ok(Vec::new());
     }
-    let set = catalog.metric_set(name).ok_or_else(|| MetricError::NotApplicable {
+    let set = sets.iter().find(|set| set.name == *name).ok_or_else(|| MetricError::NotApplicable {
         set: name.clone(),
         reason: "there is no such set of metrics".into(),
     })?;

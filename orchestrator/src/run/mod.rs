@@ -5,6 +5,7 @@ pub mod engine;
 pub(crate) mod leftovers;
 mod monitor;
 mod observer;
+mod observers;
 mod options;
 mod outcome;
 pub mod pinning;

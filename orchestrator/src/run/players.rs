@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -162,12 +162,6 @@ fn digest(path: &Path) -> String {
     let is_file = |path: &Path| std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= HASHED_MAX);
     let read = |path: &Path| -> io::Result<String> { file_digest(path) };
     if is_file(path) { read(path).unwrap_or_default() } else { String::new() }
-}
-
-/// Where the search path has a program; `None` if it has none.
-pub(super) fn on_search_path(program: &str) -> Option<PathBuf> {
-    let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
 #[cfg(test)]

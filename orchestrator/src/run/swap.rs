@@ -14,7 +14,6 @@ use hardware::settings::Settings;
 
 use crate::failure::Failure;
 use crate::recorded::Tape;
-use crate::run::players::on_search_path;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";
@@ -302,6 +301,12 @@ pub(crate) fn program_problem(program: &str, folder: &Path) -> Option<String> {
             "{program} is not executable: `chmod +x {program}`, or start it with its interpreter, `python3 {program}`"
         )
     })
+}
+
+/// Where the search path has a program; `None` if it has none.
+fn on_search_path(program: &str) -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    std::env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
 /// The node that a user calls `controller.3` or `controller_3`.

@@ -5,8 +5,8 @@ use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::board::ServiceError;
 use crate::directory::DirectoryError;
+use crate::service::ServiceError;
 use lockstep::PlanError;
 
 /// How a process ended.

@@ -10,8 +10,9 @@ use std::os::fd::RawFd;
 use std::path::{Path, PathBuf};
 use std::{fs, ptr};
 
-use crate::board::{self, ChannelReader, Hub, ServiceError};
+use crate::board::{self, ChannelReader, Hub};
 use crate::directory;
+use crate::service::ServiceError;
 
 /// Readers of all channels, and the hub that they belong to.
 pub(super) struct Ports {

@@ -17,8 +17,8 @@ use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, SignalHandlingMod
 use iceoryx2::service::ipc_threadsafe::Service;
 use iceoryx2::service::port_factory::event::PortFactory;
 
-use super::wake::Spot;
-use crate::board::{self, ServiceError, error};
+use super::spot::Spot;
+use crate::service::{ServiceError, configuration, error};
 use crate::{RunDirectory, directory};
 use lockstep::Plan;
 
@@ -175,7 +175,7 @@ fn name(spot: Spot) -> String {
 
 fn join(run_directory: &Path, run: &str, name: &str) -> Result<Node<Service>, ServiceError> {
     let failed = || format!("iceoryx2 does not let {name} wake anybody");
-    let mut config = board::configuration(run_directory, run)?;
+    let mut config = configuration(run_directory, run)?;
     config.global.service.event_connection_suffix = FileName::new(SUFFIX).map_err(error(failed()))?;
     let node_name = name.try_into().map_err(error(failed()))?;
     let builder =

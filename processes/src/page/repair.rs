@@ -4,7 +4,8 @@ use std::sync::atomic::Ordering::SeqCst;
 
 use super::Page;
 use super::claim::{self, CONDUCTOR, Claim};
-use super::wake::{EVERYBODY, Spot};
+use super::spot::Spot;
+use super::wake::EVERYBODY;
 
 impl Page {
     /// Does what dead workers have left undone. To be called after every death, before anybody takes the place of the dead.

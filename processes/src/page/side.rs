@@ -16,7 +16,8 @@ use std::sync::atomic::{
     Ordering::{Relaxed, SeqCst},
 };
 
-use super::wake::{EVERYBODY, Spot};
+use super::spot::Spot;
+use super::wake::EVERYBODY;
 use super::{Page, STOP, released};
 use crate::ticks;
 

@@ -14,6 +14,7 @@ use rustix::thread::futex;
 
 use super::Page;
 use super::events::{self, Events};
+use super::spot::Spot;
 
 /// Everybody who sleeps at a word, whatever the side.
 pub(super) const EVERYBODY: u32 = u32::MAX;
@@ -24,15 +25,6 @@ pub fn run_name(base: &str, wake: Wake) -> String {
         Wake::Futex => base.into(),
         Wake::Events => base.chars().take(events::longest_name()).collect(),
     }
-}
-
-/// Where somebody sleeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Spot {
-    /// The conductor.
-    Bell,
-    /// The workers of a phase.
-    Gate(usize),
 }
 
 /// The primitive behind sleeping and waking.

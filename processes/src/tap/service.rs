@@ -7,7 +7,8 @@ use iceoryx2::prelude::{PortFactory as _, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::STEPS;
-use crate::board::{Hub, ServiceError, error};
+use crate::board::Hub;
+use crate::service::{ServiceError, error};
 use lockstep::{Header, Network};
 
 /// Most readers of a channel.

@@ -8,8 +8,9 @@ use std::os::fd::RawFd;
 
 use super::seat::{Seat, Seated};
 use super::{Worker, adopt};
-use crate::board::{ChannelReader, Hub, ServiceError};
+use crate::board::{ChannelReader, Hub};
 use crate::page::{FaultKind, Report};
+use crate::service::ServiceError;
 use crate::shares::Shares;
 use lockstep::{ChannelId, HEADER_BYTES, Header, Plan, Step, Store};
 

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::board::{self, ChannelReader, ChannelWriter, Hub, ServiceError};
+use crate::board::{self, ChannelReader, ChannelWriter, Hub};
 use crate::page::{FaultKind, Page, Report};
+use crate::service::ServiceError;
 use crate::shares::Shares;
 use lockstep::execute::{Place, stamp};
 use lockstep::{ChannelId, Plan, Status, Step, Store, Timing};

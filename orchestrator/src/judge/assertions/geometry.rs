@@ -5,7 +5,7 @@ use std::sync::Arc;
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
-use super::signal::Span;
+use super::span::Span;
 use crate::judge::metrics::norm_between;
 
 /// What an assertion may name as its `metric`, or use within a signal; with its meaning. All in m.

@@ -5,7 +5,8 @@ use formation::wiring::Assembly;
 use lockstep::{Channel, ChannelId};
 
 use super::geometry::Geometry;
-use super::signal::{Mistake, Slot, compile};
+use super::signal::compile;
+use super::slot::{Mistake, Slot};
 use crate::log::Log;
 
 /// The values of the signal `text` of the agent at this place, one for each recorded step.

@@ -34,6 +34,8 @@ mod message;
 mod read;
 mod scan;
 mod signal;
+mod slot;
+mod span;
 mod watch;
 
 #[cfg(test)]
@@ -50,7 +52,7 @@ pub use watch::Watch;
 
 use formation::formula::Formula;
 use serde::Deserialize;
-use signal::Slot;
+use slot::Slot;
 
 /// What a violation means for the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

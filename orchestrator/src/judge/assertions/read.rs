@@ -7,7 +7,8 @@ use serde::Deserialize;
 
 use super::bound::Bound;
 use super::geometry::{Geometry, METRICS};
-use super::signal::{Mistake, Slot, compile, constant};
+use super::signal::{compile, constant};
+use super::slot::{Mistake, Slot};
 use super::{Across, Assertion, Severity, Subject};
 
 /// More than these are taken for a mistake; they are compiled for every agent.

@@ -2,7 +2,8 @@
 
 use formation::wiring::Assembly;
 
-use super::signal::{Fold, Mistake, Slot, Span};
+use super::slot::{Fold, Mistake, Slot};
+use super::span::Span;
 
 /// Most references to fields in one signal; keeps the names of slots shorter than what they stand for.
 const MOST_SLOTS: usize = 64;

@@ -1,116 +1,13 @@
-//! The text of a signal to a formula over slots, and what fills the slots at every step.
+//! The text of a signal to a formula over slots.
 
 use formation::config::nearest;
 use formation::formula::{Expression, Formula, Operand};
-use formation::wiring::{Assembly, Role};
-use lockstep::ChannelId;
+use formation::wiring::Assembly;
 
 use super::geometry::{Geometry, METRICS, Nearest};
 use super::scan::scan;
-
-/// Consecutive words of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Span {
-    channel: ChannelId,
-    offset: usize,
-    pub(super) length: usize,
-}
-
-/// How a vector becomes a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fold {
-    Norm,
-    Peak,
-    Largest,
-    Smallest,
-}
-
-/// What a slot of a formula holds.
-#[derive(Clone, Debug)]
-pub(super) enum Slot {
-    Time,
-    Word(Span),
-    Folded(Fold, Span, Option<Span>),
-    Nearest(Nearest),
-}
-
-/// What is wrong with a signal, and at which byte.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Mistake {
-    pub(super) offset: usize,
-    pub(super) message: String,
-}
-
-impl Span {
-    /// A whole field of a topic of the agent at this place.
-    pub(super) fn find(assembly: &Assembly, agent: usize, topic: &str, field: &str) -> Result<Self, String> {
-        let hint = |found: Option<&str>| found.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-        let Some(role) = Role::ALL.into_iter().find(|role| role.channel() == topic) else {
-            let topics = Role::ALL.map(Role::channel);
-            let near = hint(nearest(topic, topics));
-            return Err(format!(
-                "no topic of an agent is called `{topic}`, expected one of {}{near}",
-                topics.join(", ")
-            ));
-        };
-        let wanted = format!("/agent_{}/{topic}", agent + 1);
-        let channels = &assembly.network.channels;
-        let Some(channel) = channels.iter().position(|channel| channel.topic == wanted) else {
-            return Err(format!("nobody publishes {wanted}: this scenario has no {role}"));
-        };
-        let layout = &channels[channel].layout;
-        let Some((offset, length)) = layout.find(field) else {
-            let names: Vec<&str> = layout.fields().iter().map(|field| field.name.as_str()).collect();
-            let near = hint(nearest(field, names.iter().copied()));
-            return Err(format!("{wanted} has no field `{field}`, only {}{near}", names.join(", ")));
-        };
-        Ok(Self { channel: ChannelId(channel), offset, length })
-    }
-
-    /// At most this many words from its start.
-    pub(super) fn first(self, length: usize) -> Self {
-        Self { length: self.length.min(length), ..self }
-    }
-
-    /// Its words from `first` up to but not including `end`, both counted from its start and within it.
-    pub(super) fn part(self, first: usize, end: usize) -> Self {
-        Self { offset: self.offset + first, length: end - first, ..self }
-    }
-
-    /// Its words in this step.
-    pub(super) fn of<'s>(&self, sample: &impl Fn(ChannelId) -> &'s [f64]) -> &'s [f64] {
-        &sample(self.channel)[self.offset..self.offset + self.length]
-    }
-}
-
-impl Fold {
-    pub(super) const ALL: [(&str, Fold); 4] =
-        [("norm", Fold::Norm), ("peak", Fold::Peak), ("largest", Fold::Largest), ("smallest", Fold::Smallest)];
-
-    fn of(self, values: impl Iterator<Item = f64>) -> f64 {
-        match self {
-            Fold::Norm => values.map(|value| value * value).sum::<f64>().sqrt(),
-            Fold::Peak => values.fold(0.0, |peak, value| peak.max(value.abs())),
-            Fold::Largest => values.fold(f64::NEG_INFINITY, f64::max),
-            Fold::Smallest => values.fold(f64::INFINITY, f64::min),
-        }
-    }
-}
-
-impl Slot {
-    /// What it holds at `time`, in s.
-    pub(super) fn value<'s>(&self, time: f64, sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
-        match self {
-            Slot::Time => time,
-            Slot::Word(span) => span.of(sample)[0],
-            Slot::Folded(fold, span, None) => fold.of(span.of(sample).iter().copied()),
-            Slot::Folded(fold, span, Some(less)) => {
-                fold.of(span.of(sample).iter().zip(less.of(sample)).map(|(a, b)| a - b))
-            }
-            Slot::Nearest(nearest) => nearest.value(sample),
-        }
-    }
-}
+use super::slot::{Fold, Mistake, Slot};
+use super::span::Span;
 
 /// Compiles the signal `text` of the agent at this place.
 ///

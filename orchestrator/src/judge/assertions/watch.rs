@@ -8,7 +8,7 @@ use lockstep::ChannelId;
 
 use super::finding::{Finding, Findings, Moment, Violation};
 use super::{Across, Assertion, Subject};
-use crate::failure::Failure;
+use crate::judge::JudgeError;
 use crate::log::{Head, Log, Stream};
 
 /// Evaluates the assertions of a run, one step after the other.
@@ -130,8 +130,8 @@ impl Watch {
     /// The same from the log `path`, step by step, in no more memory than a few chunks take.
     ///
     /// # Errors
-    /// As those of [`Watch::replay`], and [`Failure::Log`] if the log cannot be read.
-    pub fn stream(assembly: &Assembly, path: &Path) -> Result<Findings, Failure> {
+    /// As those of [`Watch::replay`], and [`JudgeError::Log`] if the log cannot be read.
+    pub fn stream(assembly: &Assembly, path: &Path) -> Result<Findings, JudgeError> {
         let mut watch = Self::new(super::read(assembly)?, assembly.scenario.context.timing.dt);
         if watch.is_empty() {
             return Ok(watch.findings());

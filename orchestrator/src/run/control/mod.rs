@@ -14,7 +14,7 @@ use processes::Interrupt;
 
 use crate::run::swap::Swap;
 
-pub use client::Unanswered;
+pub use crate::unanswered::Unanswered;
 pub(crate) use client::ask;
 pub(crate) use keys::Keys;
 pub(crate) use message::{Request, State, Status, WorkerStatus};

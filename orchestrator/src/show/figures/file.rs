@@ -6,13 +6,11 @@ use kuva::backend::png::PngBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::Scene;
 
-use super::{WIDTH, pdf, pixels};
+use super::{INCHES, pdf, pixels};
 use crate::failure::Failure;
 use crate::files;
 use crate::show::figures::FigureFormat;
 
-/// Inches of a unit: one column of a journal is 3.5 inches wide.
-pub(super) const INCHES: f64 = 3.5 / WIDTH;
 /// Pixels of an inch.
 const RESOLUTION: f64 = 300.0;
 

@@ -37,6 +37,8 @@ pub(crate) enum FigureFormat {
 
 /// Width of a figure, in the units of the file.
 const WIDTH: f64 = 400.0;
+/// Inches of a unit: one column of a journal is 3.5 inches wide.
+const INCHES: f64 = 3.5 / WIDTH;
 /// Points of a curve: more than a printer can show in one column.
 const POINTS: usize = 1600;
 /// Plots in one figure.

@@ -9,7 +9,7 @@ use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
 use subsetter::GlyphRemapper;
 use ttf_parser::{Face, GlyphId};
 
-use super::file::INCHES;
+use super::INCHES;
 use super::pixels::numbers;
 
 /// Points of a unit.

@@ -46,7 +46,7 @@ impl Subject {
         let mut caveats = Vec::new();
         let scenario = scenario_of(&log).map_err(|failure| caveats.push(unreadable(&failure))).ok();
         let verdict = scenario.as_ref().and_then(|scenario| {
-            Verdict::of(catalog, scenario, &log).map_err(|error| caveats.push(error.to_string())).ok()
+            Verdict::of(&catalog.metrics, scenario, &log).map_err(|error| caveats.push(error.to_string())).ok()
         });
         if let Some(why) = log.unfinished() {
             caveats.push(format!("The log is {why}; it ends where its last complete block ended."));

@@ -1,7 +1,7 @@
 //! A project in C++.
 
 use super::fill;
-use super::project::{File, Order};
+use super::order::{File, Order};
 use super::rust::method;
 use super::signals::{Signal, Signals};
 

@@ -1,12 +1,14 @@
 //! Small projects for participants of one's own, with the signals of a scenario.
 
 mod cpp;
+mod order;
 mod project;
 mod python;
 mod rust;
 mod signals;
 
-pub use project::{Language, Order, create};
+pub use order::{Language, Order};
+pub use project::create;
 
 /// Puts values in the place of `{{key}}`.
 fn fill(template: &str, values: &[(&str, String)]) -> String {

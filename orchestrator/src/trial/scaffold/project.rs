@@ -1,51 +1,14 @@
 //! The files of a project.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use formation::config::read_text;
-use formation::wiring::{Assembly, Role};
+use formation::wiring::Assembly;
 
+use super::order::{File, Language, Order};
 use super::signals::{Signal, Signals};
 use super::{cpp, fill, python, rust};
 use crate::failure::Failure;
-
-/// What a project is written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Language {
-    /// With Cargo
-    Rust,
-    /// C++17, with CMake
-    Cpp,
-    /// With the package `phalanx`
-    Python,
-}
-
-/// What is asked for.
-#[derive(Clone, Debug)]
-pub struct Order {
-    /// Name of the project, and of its folder.
-    pub name: String,
-    /// What it is to serve as.
-    pub role: Role,
-    /// What it is written in.
-    pub language: Language,
-    /// What the user calls the scenario, with options.
-    pub scenario: String,
-    /// The checkout of this program's source.
-    pub phalanx: PathBuf,
-}
-
-/// A file that is to be written.
-pub(super) struct File {
-    path: &'static str,
-    text: String,
-}
-
-impl File {
-    pub(super) fn new(path: &'static str, text: String) -> Self {
-        Self { path, text }
-    }
-}
 
 /// Writes the project into a new folder of its name, and returns what to do next, in words.
 ///

@@ -1,7 +1,7 @@
 //! A program in Python.
 
 use super::fill;
-use super::project::File;
+use super::order::File;
 use super::rust::method;
 use super::signals::{Signal, Signals};
 

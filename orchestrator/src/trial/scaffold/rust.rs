@@ -3,7 +3,7 @@
 use formation::wiring::Role;
 
 use super::fill;
-use super::project::{File, Order};
+use super::order::{File, Order};
 use super::signals::{Signal, Signals};
 
 pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str) -> Vec<File> {

@@ -1,0 +1,55 @@
+//! Numbers of a channel that a signal names.
+
+use formation::config::nearest;
+use formation::wiring::{Assembly, Role};
+use lockstep::ChannelId;
+
+/// Consecutive words of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    channel: ChannelId,
+    offset: usize,
+    pub(super) length: usize,
+}
+
+impl Span {
+    /// A whole field of a topic of the agent at this place.
+    pub(super) fn find(assembly: &Assembly, agent: usize, topic: &str, field: &str) -> Result<Self, String> {
+        let hint = |found: Option<&str>| found.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let Some(role) = Role::ALL.into_iter().find(|role| role.channel() == topic) else {
+            let topics = Role::ALL.map(Role::channel);
+            let near = hint(nearest(topic, topics));
+            return Err(format!(
+                "no topic of an agent is called `{topic}`, expected one of {}{near}",
+                topics.join(", ")
+            ));
+        };
+        let wanted = format!("/agent_{}/{topic}", agent + 1);
+        let channels = &assembly.network.channels;
+        let Some(channel) = channels.iter().position(|channel| channel.topic == wanted) else {
+            return Err(format!("nobody publishes {wanted}: this scenario has no {role}"));
+        };
+        let layout = &channels[channel].layout;
+        let Some((offset, length)) = layout.find(field) else {
+            let names: Vec<&str> = layout.fields().iter().map(|field| field.name.as_str()).collect();
+            let near = hint(nearest(field, names.iter().copied()));
+            return Err(format!("{wanted} has no field `{field}`, only {}{near}", names.join(", ")));
+        };
+        Ok(Self { channel: ChannelId(channel), offset, length })
+    }
+
+    /// At most this many words from its start.
+    pub(super) fn first(self, length: usize) -> Self {
+        Self { length: self.length.min(length), ..self }
+    }
+
+    /// Its words from `first` up to but not including `end`, both counted from its start and within it.
+    pub(super) fn part(self, first: usize, end: usize) -> Self {
+        Self { offset: self.offset + first, length: end - first, ..self }
+    }
+
+    /// Its words in this step.
+    pub(super) fn of<'s>(&self, sample: &impl Fn(ChannelId) -> &'s [f64]) -> &'s [f64] {
+        &sample(self.channel)[self.offset..self.offset + self.length]
+    }
+}
