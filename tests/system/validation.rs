@@ -230,6 +230,10 @@ fn messages_say_what_to_write_instead() {
     }
     let end = folder.run(&["validate", "nothing-near"]);
     assert!(end.stderr().contains("there is no such file; `phalanx list`"), "{}", end.stderr());
+    let end = folder.run(&["run", "triangle", "--duration", "0.1", "--placement", "single", "--out", "a.mcap"]);
+    assert!(end.stderr().starts_with("triangle: three planar robots"), "{}", end.stderr());
+    assert!(end.stderr().contains("3 agents, 1 process, 0.1 s"), "{}", end.stderr());
+    assert!(end.stdout().contains("x real time, 1 process\n"), "{}", end.stdout());
     let end = folder.run(&["graph", "triangle"]);
     assert!(end.stdout().starts_with("triangle: 5 processes"), "{}", end.stdout());
     let end = folder.run(&["graph", "uav"]);

@@ -28,7 +28,7 @@ use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap};
 use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::terminal::{self, columns, quoted, wrapped};
+use crate::terminal::{self, columns, counted, quoted, wrapped};
 
 /// How long an interrupted run may take to end in order.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -262,15 +262,15 @@ fn announce(assembly: &Assembly, options: &Options, place: Option<&LogPlace>) {
     let scenario = &assembly.scenario;
     let timing = scenario.context.timing;
     let processes = match options.placement {
-        _ if options.in_one_process() => "1 process".to_string(),
-        placement => format!("{} processes", placement.workers(assembly, &options.swaps).len() + 1),
+        _ if options.in_one_process() => 1,
+        placement => placement.workers(assembly, &options.swaps).len() + 1,
     };
     eprintln!(
-        "{} {}: {}; {} agents, {processes}, {} s in steps of {} s",
-        scenario.name,
-        scenario.variant,
+        "{}: {}; {}, {}, {} s in steps of {} s",
+        scenario.label(),
         scenario.title,
-        scenario.context.agents.len(),
+        counted(scenario.context.agents.len(), "agent"),
+        counted(processes, "process"),
         timing.duration,
         timing.dt
     );
@@ -332,12 +332,12 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
     show_players(players);
     let say = |text: String| println!("{}", wrapped(&text, columns()));
     say(format!(
-        "{} steps in {:.2} s: {:.0} steps/s, {:.1} x real time, {} processes",
-        outcome.steps,
+        "{} in {:.2} s: {:.0} steps/s, {:.1} x real time, {}",
+        counted(outcome.steps as usize, "step"),
         outcome.wall,
         outcome.steps_per_second(),
         outcome.simulated / outcome.wall.max(1e-9),
-        outcome.processes
+        counted(outcome.processes, "process")
     ));
     let Dropped { lines, bytes } = console::dropped();
     if bytes > 0 {
