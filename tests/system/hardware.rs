@@ -6,6 +6,7 @@ use hardware::link::{Connector, TcpConnector};
 use hardware::message::{Clock, Message};
 use orchestrator::log::Log;
 
+use crate::own_programs::compile;
 use crate::program::{Finished, Folder};
 use crate::robot::{REAL, Robot, drives, settings, stands};
 
@@ -89,6 +90,28 @@ fn a_robot_that_is_started_again_is_connected_again() {
     assert!(text.contains("the connection to the robot is lost") && text.contains("connected again"), "{text}");
     let others = log.signal("/agent_1/state", "status").expect("a status");
     assert!(others.component(0).all(|status| status == 0.0), "the others went on");
+}
+
+#[test]
+fn a_robot_takes_the_commands_of_a_program_of_the_user() {
+    let folder = Folder::new();
+    let robot = Robot::start(&folder, "127.0.0.1:0", "truth.csv");
+    robot.settings(&folder, "");
+    let source = folder.write(
+        "still.c",
+        "#include <phalanx.h>\nint main(void) {\nphalanx_participant *me = phalanx_open(\"controller\");\n\
+         const int input = phalanx_output(me, 0, \"input\", 3);\nwhile (phalanx_next(me)) {\n\
+         double *u = phalanx_write(me, input);\nfor (int j = 0; j < 3; ++j) u[j] = 0.0;\nphalanx_done(me);\n}\n\
+         return phalanx_close(me);\n}\n",
+    );
+    let program = compile(&folder, source.to_str().expect("a path"), "still");
+    let swap = format!("controller.2={program}");
+    let run = folder.run(&[&REAL[..], &["--duration", "1", "-q", "--swap", &swap]].concat());
+    assert!(run.code() <= 1, "{}", run.stderr());
+    let log = Log::open(&folder.path("a.mcap")).expect("a log");
+    let connected = log.signal("/agent_2/hardware", "connected").expect("how the robot is");
+    assert_eq!(connected.row(50), [1.0]);
+    stands(&folder, "truth.csv");
 }
 
 #[test]

@@ -66,7 +66,8 @@ fn hand_of(number: u32) -> String {
 
 /// Gives the second nodes to the workers that are bridges.
 pub(crate) fn place_hands(network: &Network, workers: &mut [WorkerPlan], swaps: &[Swap]) {
-    for (swap, number) in swaps.iter().filter_map(|swap| Some((swap, swap.agent()?))) {
+    // The same agent may have a controller of the user, too, which is no bridge.
+    for (swap, number) in swaps.iter().filter_map(|swap| Some((swap, swap.robot().and(swap.agent())?))) {
         let hand = network.nodes.iter().position(|node| node.name == hand_of(number));
         let worker = workers.iter_mut().find(|worker| worker.name == swap.node);
         if let (Some(hand), Some(worker)) = (hand, worker) {
