@@ -151,6 +151,7 @@ fn parsed() -> Result<Cli, ExitCode> {
 
 /// Runs the program and returns its exit code.
 pub fn main(catalog: &Catalog) -> ExitCode {
+    terminal::name_program();
     let cli = match parsed() {
         Ok(cli) => cli,
         Err(code) => return code,
@@ -201,7 +202,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Command::Doctor(args) => commands::doctor::doctor(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "phalanx", &mut script);
+            clap_complete::generate(shell, &mut Cli::command(), terminal::program(), &mut script);
             print!("{}", String::from_utf8_lossy(&script));
             Ok(())
         }
@@ -222,10 +223,10 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, Failure::Missed | Failure::Different | Failure::Nonconforming) {
-                eprintln!("error: {}", sentence(&failure));
+                eprintln!("error: {}", terminal::in_own_name(&sentence(&failure)));
             }
             if let Some(advice) = failure.advice() {
-                eprintln!("help: {advice}");
+                eprintln!("help: {}", terminal::in_own_name(advice));
             }
             ExitCode::from(failure.exit_code())
         }

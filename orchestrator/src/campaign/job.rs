@@ -19,7 +19,7 @@ use crate::run::{Options, run};
 pub struct Job {
     /// The scenario.
     pub shipped: Shipped,
-    /// The variant.
+    /// The variant; empty for that of a scenario that gives it no name.
     pub variant: String,
     /// Overrides `PATH=VALUE`, as a claim demands them.
     pub with: Vec<String>,
@@ -44,7 +44,8 @@ impl Job {
     /// Scenario, variant and overrides, for messages.
     pub fn name(&self) -> String {
         let with = if self.with.is_empty() { String::new() } else { format!(" with {}", self.with.join(", ")) };
-        format!("{} {}{with}", self.shipped.name, self.variant)
+        let variant = if self.variant.is_empty() { String::new() } else { format!(" {}", self.variant) };
+        format!("{}{variant}{with}", self.shipped.name)
     }
 
     /// Whether this is the same run as `other`.

@@ -29,6 +29,14 @@ pub struct Campaign {
     pub claims: Vec<ClaimRow>,
 }
 
+impl Selected {
+    /// The names of all variants, the default first; its name is empty if the scenario gives it none.
+    pub(super) fn variants(&self) -> impl Iterator<Item = &str> {
+        let unnamed = self.scenario.variant.is_empty().then_some("");
+        unnamed.into_iter().chain(self.scenario.variants.iter().map(String::as_str))
+    }
+}
+
 impl Campaign {
     /// Whether every metric is in its band, every assertion of a variant and every claim holds.
     pub fn ok(&self) -> bool {
@@ -73,25 +81,43 @@ fn select(catalog: &Catalog, names: &[String]) -> Result<Vec<Selected>, Failure>
         return Err(Failure::Usage(format!("no scenario is called `{unknown}`; `phalanx list` shows all")));
     }
     let wanted = |shipped: &&Shipped| names.is_empty() || names.iter().any(|name| name == shipped.name);
-    // Without names, all scenarios of the thesis.
-    let counts = |selected: &Result<Selected, Failure>| {
-        !names.is_empty() || selected.as_ref().map_or(true, |selected| !selected.scenario.thesis.is_empty())
-    };
     let load = |shipped: &Shipped| -> Result<Selected, Failure> {
         let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
         let claims = Claims::read(&scenario).map_err(|problem| vec![problem])?;
         Ok(Selected { scenario, claims })
     };
-    catalog.scenarios.iter().filter(wanted).map(load).filter(counts).collect()
+    let mut selected = Vec::new();
+    for shipped in catalog.scenarios.iter().filter(wanted) {
+        let one = load(shipped)?;
+        if !names.is_empty() || !one.claims.is_empty() || has_bands(&one, shipped)? {
+            selected.push(one);
+        }
+    }
+    match selected.is_empty() {
+        true => Err(Failure::Usage("no scenario of this program has bands or claims; name those to run".into())),
+        false => Ok(selected),
+    }
+}
+
+/// Whether a variant of the scenario says what must come out of it.
+fn has_bands(selected: &Selected, shipped: &Shipped) -> Result<bool, Failure> {
+    for variant in selected.variants() {
+        let selection = Selection { variant: Some(variant.into()), ..Selection::default() };
+        if !Scenario::load(shipped.file, shipped.text, &selection)?.expectations.is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 fn jobs(catalog: &Catalog, selected: &[Selected]) -> Result<Vec<Job>, Failure> {
     let mut jobs: Vec<Job> = Vec::new();
-    for Selected { scenario, claims } in selected {
+    for one in selected {
+        let Selected { scenario, claims } = one;
         let shipped = *catalog
             .scenario(&scenario.name)
             .ok_or_else(|| Failure::Usage(format!("the scenario {} has another name in its file", scenario.name)))?;
-        let variants = scenario.variants.iter().map(|variant| (variant.clone(), Vec::new()));
+        let variants = one.variants().map(|variant| (variant.to_string(), Vec::new()));
         let demanded = claims
             .iter()
             .flat_map(|claim| claim.needs().into_iter().map(|variant| (variant.to_string(), claim.with.clone())));
@@ -136,4 +162,57 @@ fn carry_out(
 fn take<'a, T>(next: &AtomicUsize, jobs: &'a [Job], slots: &'a [T]) -> Option<(&'a Job, &'a T)> {
     let index = next.fetch_add(1, Ordering::Relaxed);
     Some((jobs.get(index)?, slots.get(index)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scenario with a head and further sections.
+    macro_rules! scenario {
+        ($name:literal, $head:literal, $sections:literal) => {
+            Shipped {
+                name: $name,
+                file: $name,
+                text: concat!(
+                    "name = \"",
+                    $name,
+                    "\"\n",
+                    $head,
+                    "\nagents = [{ position = [0, 0, 0] }]\ntiming = { dt = 0.1, duration = 1 }\n",
+                    "vehicle = { kind = \"integrator\" }\ntopology = { b = 1 }\n",
+                    "reference = { position = [\"0\", \"0\", \"0\"] }\n",
+                    $sections
+                ),
+            }
+        };
+    }
+
+    fn names(scenarios: Vec<Shipped>, names: &[&str]) -> Result<Vec<String>, Failure> {
+        let catalog = Catalog { scenarios, ..Catalog::empty() };
+        let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+        Ok(jobs(&catalog, &select(&catalog, &names)?)?.iter().map(Job::name).collect())
+    }
+
+    const BARE: Shipped = scenario!("bare", "", "");
+
+    #[test]
+    fn whatever_has_bands_or_claims_is_run_in_all_its_variants() {
+        let scenarios = vec![
+            BARE,
+            scenario!("single", "", "expect.x.high = 1"),
+            scenario!("late", "", "variants.b.expect.x.high = 1"),
+            scenario!("named", "variant = \"a\"", "expect.x.high = 1\nvariants.b.seed = 1"),
+            scenario!("claiming", "claims = [{ text = \"t\", holds = \"x(b) > 0\" }]", "variants.b.seed = 1"),
+        ];
+        let expected = ["single", "late", "late b", "named a", "named b", "claiming", "claiming b"];
+        assert_eq!(names(scenarios.clone(), &[]).unwrap(), expected);
+        assert_eq!(names(scenarios, &["bare"]).unwrap(), ["bare"]);
+    }
+
+    #[test]
+    fn a_campaign_of_nothing_is_refused() {
+        let refused = names(vec![BARE], &[]).unwrap_err().to_string();
+        assert!(refused.contains("no scenario of this program has bands or claims"), "{refused}");
+    }
 }

@@ -13,6 +13,33 @@ struct Line<'a> {
     ratio: Option<f64>,
 }
 
+impl Line<'_> {
+    /// Metric, published value, ours, ratio of both, band, verdict; without published values, neither these nor the ratio.
+    fn cells(&self, is_published: bool) -> Vec<String> {
+        let Row { id, value, expectation, .. } = self.row;
+        let ratio = self.ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
+        let (band, word) = (self.row.band(), self.row.word().to_string());
+        match is_published {
+            true => vec![id.clone(), expectation.thesis.clone(), short(*value), ratio, band, word],
+            false => vec![id.clone(), short(*value), band, word],
+        }
+    }
+}
+
+/// The headings of these cells with their widths in a terminal.
+fn columns(is_published: bool) -> &'static [(&'static str, usize)] {
+    match is_published {
+        true => &[("metric", 22), ("thesis", 22), ("ours", 12), ("ratio", 9), ("band", 24)],
+        false => &[("metric", 22), ("measured", 12), ("band", 24)],
+    }
+}
+
+/// Whether published values of any metric are known.
+fn is_published(variants: &[(&str, &JobResult)]) -> bool {
+    let verdicts = variants.iter().filter_map(|(_, result)| result.verdict.as_ref());
+    verdicts.flat_map(|verdict| &verdict.rows).any(|row| !row.expectation.thesis.is_empty())
+}
+
 /// The metrics that the thesis or a band says something about.
 fn lines(verdict: &Verdict) -> Vec<Line<'_>> {
     let told = |row: &&Row| row.ok.is_some() || !row.expectation.thesis.is_empty();
@@ -59,35 +86,39 @@ fn summary(campaign: &Campaign) -> String {
 
 fn variants<'a>(campaign: &'a Campaign, selected: &'a Selected) -> Vec<(&'a str, &'a JobResult)> {
     let scenario = &selected.scenario;
-    let result = |variant: &'a String| Some((variant.as_str(), campaign.of(&scenario.name, variant)?));
-    scenario.variants.iter().filter_map(result).collect()
+    // A variant without a name is shown under that of its scenario.
+    let title = |variant: &'a str| if variant.is_empty() { scenario.name.as_str() } else { variant };
+    selected.variants().filter_map(|variant| Some((title(variant), campaign.of(&scenario.name, variant)?))).collect()
 }
 
 /// For a terminal: one line a metric.
 pub fn as_text(campaign: &Campaign) -> String {
     let mut text = String::new();
-    let head = ["metric", "thesis", "ours", "ratio", "band"];
     for selected in &campaign.selected {
         let scenario = &selected.scenario;
-        let _ = writeln!(text, "{}: {} (thesis {})", scenario.name, scenario.title, scenario.thesis);
-        for (variant, result) in variants(campaign, selected) {
+        let place = if scenario.thesis.is_empty() { String::new() } else { format!(" (thesis {})", scenario.thesis) };
+        let _ = writeln!(text, "{}: {}{place}", scenario.name, scenario.title);
+        let variants = variants(campaign, selected);
+        let is_published = is_published(&variants);
+        for (variant, result) in variants {
             let _ = writeln!(text, "\n  {variant}{}", ending(result));
             let Some(verdict) = &result.verdict else { continue };
             let lines = lines(verdict);
             if lines.is_empty() {
                 continue;
             }
-            let _ = writeln!(text, "    {:<22}{:>22}{:>12}{:>9}{:>24}", head[0], head[1], head[2], head[3], head[4]);
-            for Line { row, ratio } in lines {
-                let ratio = ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
-                let (thesis, value) = (&row.expectation.thesis, short(row.value));
-                let _ = writeln!(
-                    text,
-                    "    {:<22}{thesis:>22}{value:>12}{ratio:>9}{:>24}  {}",
-                    row.id,
-                    row.band(),
-                    row.word()
-                );
+            let columns = columns(is_published);
+            let head = columns.iter().map(|(name, _)| name.to_string()).collect();
+            for cells in std::iter::once(head).chain(lines.iter().map(|line| line.cells(is_published))) {
+                text.push_str("    ");
+                for (index, cell) in cells.iter().enumerate() {
+                    let _ = match columns.get(index) {
+                        Some((_, width)) if index == 0 => write!(text, "{cell:<width$}"),
+                        Some((_, width)) => write!(text, "{cell:>width$}"),
+                        None => write!(text, "  {cell}"),
+                    };
+                }
+                text.push('\n');
             }
         }
         for claim in campaign.claims.iter().filter(|claim| claim.scenario == scenario.name) {
@@ -104,11 +135,18 @@ pub fn as_text(campaign: &Campaign) -> String {
 
 /// A page for the documentation.
 pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
-    let mut text = format!("# Results beside the thesis\n\nMade by `{command}`. {}\n", summary(campaign));
+    let beside = campaign.selected.iter().any(|selected| !selected.scenario.thesis.is_empty());
+    let title = if beside { "Results beside the thesis" } else { "Results" };
+    let mut text = format!("# {title}\n\nMade by `{command}`. {}\n", summary(campaign));
     for selected in &campaign.selected {
         let scenario = &selected.scenario;
-        let _ = writeln!(text, "\n## {} ({})\n\nThesis {}.", scenario.name, scenario.title, scenario.thesis);
-        for (variant, result) in variants(campaign, selected) {
+        let _ = writeln!(text, "\n## {} ({})", scenario.name, scenario.title);
+        if !scenario.thesis.is_empty() {
+            let _ = writeln!(text, "\nThesis {}.", scenario.thesis);
+        }
+        let variants = variants(campaign, selected);
+        let is_published = is_published(&variants);
+        for (variant, result) in variants {
             let _ = writeln!(text, "\n### {variant}{}\n", ending(result));
             let Some(verdict) = &result.verdict else { continue };
             let lines = lines(verdict);
@@ -116,18 +154,11 @@ pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
                 text.push_str("No bands; the variant serves the claims below.\n");
                 continue;
             }
-            text.push_str("| metric | thesis | ours | ratio | band | |\n|---|---|---|---|---|---|\n");
-            for Line { row, ratio } in lines {
-                let ratio = ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
-                let thesis = row.expectation.thesis.replace('|', "\\|");
-                let _ = writeln!(
-                    text,
-                    "| {} | {thesis} | {} | {ratio} | {} | {} |",
-                    row.id,
-                    short(row.value),
-                    row.band(),
-                    row.word()
-                );
+            let head: Vec<&str> = columns(is_published).iter().map(|(name, _)| *name).collect();
+            let _ = writeln!(text, "| {} | |\n|{}", head.join(" | "), "---|".repeat(head.len() + 1));
+            for line in lines {
+                let cells: Vec<String> = line.cells(is_published).iter().map(|cell| cell.replace('|', "\\|")).collect();
+                let _ = writeln!(text, "| {} |", cells.join(" | "));
             }
         }
         let claims: Vec<&ClaimRow> = campaign.claims.iter().filter(|claim| claim.scenario == scenario.name).collect();
@@ -182,7 +213,27 @@ fn ending(result: &JobResult) -> String {
 
 #[cfg(test)]
 mod tests {
+    use formation::scenario::Expectation;
+
     use super::*;
+    use crate::judge::assertions::Findings;
+
+    #[test]
+    fn columns_of_published_values_are_there_where_there_are_any() {
+        let line = |thesis: &str| {
+            let expectation = Expectation { thesis: thesis.into(), low: None, high: Some(4.0) };
+            let row = Row { id: "x".into(), value: 3.0, ok: Some(true), expectation };
+            let verdict = Verdict { rows: vec![row], not_held: None };
+            let findings = Findings::default();
+            let result = JobResult { verdict: Some(verdict), stopped: None, findings, steps: 1, wall: 0.0 };
+            let is_published = is_published(&[("", &result)]);
+            let cells = lines(result.verdict.as_ref().unwrap())[0].cells(is_published);
+            assert_eq!(cells.len(), columns(is_published).len() + 1);
+            cells.join(" ")
+        };
+        assert_eq!(line("<= 2"), "x <= 2 3 1.50 <= 4 ok");
+        assert_eq!(line(""), "x 3 <= 4 ok");
+    }
 
     #[test]
     fn printed_values_are_found_in_their_text() {

@@ -11,6 +11,7 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
 use crate::run::leftovers::Scratch;
+use crate::terminal;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -25,7 +26,7 @@ pub(crate) enum TableFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct CampaignArgs {
-    /// Names of scenarios (see `phalanx list`) [default: all]
+    /// Names of scenarios (see `phalanx list`) [default: all that have bands or claims]
     pub(crate) scenarios: Vec<String>,
     /// How the tables are written
     #[arg(long, value_enum, default_value_t = TableFormat::Text)]
@@ -74,5 +75,5 @@ pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Fai
 
 fn command(args: &CampaignArgs) -> String {
     let names: String = args.scenarios.iter().map(|name| format!(" {name}")).collect();
-    format!("phalanx thesis{names} --format markdown")
+    format!("{} campaign{names} --format markdown", terminal::program())
 }

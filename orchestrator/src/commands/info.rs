@@ -10,7 +10,7 @@ use super::check::players_json;
 use crate::failure::Failure;
 use crate::log::{Log, LogChannel, Unfinished};
 use crate::run::players::Player;
-use crate::terminal::plain;
+use crate::terminal::{plain, program};
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
@@ -64,7 +64,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
         match log.unfinished() {
             None => "complete".into(),
             Some(Unfinished::Growing) => "not closed yet: its run goes on".to_string(),
-            Some(Unfinished::Cut) => format!("{}; `phalanx recover` closes it", Unfinished::Cut),
+            Some(Unfinished::Cut) => format!("{}; `{} recover` closes it", Unfinished::Cut, program()),
         }
     );
     println!("\n{:<24} {:>9}  fields", "topic", "messages");

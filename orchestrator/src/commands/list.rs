@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::catalog::Catalog;
 use crate::failure::Failure;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub(crate) struct ListArgs {
@@ -34,7 +35,7 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
             }));
             continue;
         }
-        println!("{:<20} {} ({}, {agents} agents)", scenario.name, scenario.title, section(&scenario.thesis));
+        println!("{:<20} {} ({}{agents} agents)", scenario.name, scenario.title, section(&scenario.thesis));
         if !scenario.variants.is_empty() {
             println!("{:<20}   variants: {}", "", scenario.variants.join(", "));
         }
@@ -42,13 +43,14 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
     if args.json {
         println!("{}", json!(entries));
     } else {
-        println!("\nRun one with `phalanx run NAME`, another variant with `phalanx run NAME --variant VARIANT`.");
+        let program = terminal::program();
+        println!("\nRun one with `{program} run NAME`, another variant with `{program} run NAME --variant VARIANT`.");
     }
     Ok(())
 }
 
 fn section(thesis: &str) -> String {
-    if thesis.is_empty() { "no section of the thesis".into() } else { format!("thesis {thesis}") }
+    if thesis.is_empty() { String::new() } else { format!("thesis {thesis}, ") }
 }
 
 fn list_components(catalog: &Catalog, as_json: bool) {

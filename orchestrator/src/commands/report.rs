@@ -10,6 +10,7 @@ use crate::files;
 use crate::show::figures::FigureFormat;
 use crate::show::view::Subject;
 use crate::show::{figures, report};
+use crate::terminal::program;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -57,7 +58,7 @@ fn write_figures(catalog: &Catalog, subjects: &[Subject], folder: &Path, format:
         println!("{}", path.display());
     }
     for figures::Missing { number, scenario, variants } in missing {
-        let run = |variant: &String| format!("`phalanx run {scenario} --variant {variant}`");
+        let run = |variant: &String| format!("`{} run {scenario} --variant {variant}`", program());
         eprintln!("figure {number} needs also {}", variants.iter().map(run).collect::<Vec<_>>().join(", "));
     }
     Ok(())

@@ -28,7 +28,7 @@ use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap};
 use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
-use crate::terminal::{self, columns, counted, quoted, wrapped};
+use crate::terminal::{self, columns, counted, program, quoted, wrapped};
 
 /// How long an interrupted run may take to end in order.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -372,8 +372,9 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
         ));
         // Commands are not broken, so that one can copy them.
         let word = quoted(&log.path);
-        println!("\nNext:\n  phalanx report {word}    # shows it in a browser");
-        println!("  phalanx check {word}     # computes this table again");
+        let program = program();
+        println!("\nNext:\n  {program} report {word}    # shows it in a browser");
+        println!("  {program} check {word}     # computes this table again");
         say("Foxglove, Lichtblick, Rerun and PlotJuggler open the file as it is.".into());
     }
 }

@@ -18,6 +18,7 @@ use crate::failure::Failure;
 use crate::run::control::{Request, State, Status, ask};
 use crate::show::report;
 use crate::show::watch::{Pulse, Screen, Spectator, Web};
+use crate::terminal::program;
 
 /// Time between two frames: 30 a second.
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 30);
@@ -103,7 +104,7 @@ fn find(name: Option<&str>, leave: &AtomicBool) -> Result<Option<(String, Status
         } else if let Some(name) = name.filter(|_| start.elapsed() > NAMED_PATIENCE) {
             return Err(Failure::Usage(no_such_run(name, &runs)));
         } else if name.is_none() && !said {
-            eprintln!("waiting for a run to begin: phalanx run SCENARIO; Ctrl-C leaves");
+            eprintln!("waiting for a run to begin: {} run SCENARIO; Ctrl-C leaves", program());
             said = true;
         }
         thread::sleep(LOOK);

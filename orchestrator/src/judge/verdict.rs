@@ -135,12 +135,15 @@ impl Verdict {
         self.rows.iter().filter(|row| row.ok == Some(false)).count()
     }
 
-    /// The table `metric | thesis | measured | band | ok`.
+    /// The table `metric | thesis | measured | band | ok`; without its second column if no published value is known.
     pub fn table(&self) -> String {
         let held = self.not_held.is_none();
-        let cells: Vec<[String; 5]> = self.rows.iter().map(|row| cells(row, held)).collect();
-        let head = ["metric", "thesis", "measured", "band", "ok"].map(String::from);
-        let mut widths = [0; 5];
+        let mut cells: Vec<Vec<String>> = self.rows.iter().map(|row| cells(row, held).into()).collect();
+        let mut head = ["metric", "thesis", "measured", "band", "ok"].map(String::from).to_vec();
+        if self.rows.iter().all(|row| row.expectation.thesis.is_empty()) {
+            cells.iter_mut().chain([&mut head]).for_each(|line| drop(line.remove(1)));
+        }
+        let mut widths = vec![0; head.len()];
         for row in std::iter::once(&head).chain(&cells) {
             for (width, cell) in widths.iter_mut().zip(row) {
                 *width = (*width).max(cell.chars().count());
@@ -149,7 +152,7 @@ impl Verdict {
         let mut text = String::new();
         for (index, row) in std::iter::once(&head).chain(&cells).enumerate() {
             let mut line = String::new();
-            for (column, (cell, width)) in row.iter().zip(widths).enumerate() {
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
                 let pad = " ".repeat(width - cell.chars().count());
                 match column {
                     0 => line.push_str(&format!("{cell}{pad}")),
@@ -260,7 +263,7 @@ mod tests {
         assert!(!verdict.ok());
         assert_eq!(verdict.missed(), 1);
         let table = verdict.table();
-        assert!(table.contains("MISSED") && table.lines().count() == 4, "{table}");
+        assert!(table.contains("MISSED") && table.contains("thesis") && table.lines().count() == 4, "{table}");
         assert_eq!(verdict.to_json()["x"]["value"], Value::Null);
     }
 
@@ -274,6 +277,7 @@ mod tests {
             verdict.not_held_since(Some("overridden: phase=1".into())).not_held_since(Some("interrupted".into()));
         assert_eq!(other.not_held.as_deref(), Some("overridden: phase=1; interrupted"));
         assert!(other.ok() && other.missed() == 1 && other.table().contains("not held"), "{}", other.table());
+        assert!(!other.table().contains("thesis"), "no published value is known: {}", other.table());
         assert!(!other.strict().ok());
     }
 }

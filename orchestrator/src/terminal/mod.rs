@@ -7,10 +7,34 @@ pub(crate) use printing::plain;
 
 use std::io::IsTerminal;
 use std::os::fd::AsFd;
+use std::path::Path;
+use std::sync::OnceLock;
 
 use rustix::io::Errno;
 use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
+
+/// How the program was called, without its folder.
+static PROGRAM: OnceLock<String> = OnceLock::new();
+
+/// Remembers how the program was called: programs with catalogs of their own have names of their own.
+pub(crate) fn name_program() {
+    let called = std::env::args_os().next();
+    let name = called.as_deref().and_then(|path| Path::new(path).file_name()?.to_str());
+    if let Some(name) = name {
+        let _ = PROGRAM.set(name.to_string());
+    }
+}
+
+/// What advice to the user calls the program.
+pub(crate) fn program() -> &'static str {
+    PROGRAM.get().map_or("phalanx", String::as_str)
+}
+
+/// A message to the user with commands to type, `` `phalanx list` ``, as this program is called.
+pub(crate) fn in_own_name(message: &str) -> String {
+    message.replace("`phalanx ", &format!("`{} ", program()))
+}
 
 /// Columns of the terminal that stdout is; `None` if it is none, where lines may be as long as they are.
 pub(crate) fn columns() -> Option<usize> {
@@ -28,7 +52,7 @@ pub(crate) fn is_ours(terminal: impl AsFd) -> bool {
 }
 
 /// A path as a shell reads it, in quotes if need be.
-pub(crate) fn quoted(path: &std::path::Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "/._-+=:,@%".contains(letter);
     match !text.is_empty() && text.chars().all(is_plain) {
