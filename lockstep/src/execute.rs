@@ -119,7 +119,7 @@ fn not_finite(channel: &Channel, words: &[f64]) -> Fault {
     let (topic, label) = (&channel.topic, channel.layout.label(at));
     if is_unwritten(words[at]) {
         return Fault(format!(
-            "output {topic}: {label} was not written; write every number of an output at every step"
+            "output {topic}: {label} is NaN: it was not written; write every number of an output at every step"
         ));
     }
     Fault(format!("output {topic}: {label} is {}", words[at]))
@@ -152,8 +152,11 @@ mod tests {
 
     #[test]
     fn a_number_that_is_not_written_is_named_in_the_step() {
-        let told =
-            |label| format!("output /command: {label} was not written; write every number of an output at every step");
+        let told = |label| {
+            format!(
+                "output /command: {label} is NaN: it was not written; write every number of an output at every step"
+            )
+        };
         assert_eq!(outcome(&[2], 1), (0, told("norm")));
         assert_eq!(outcome(&[3, 1], 1), (1, told("input[1]")));
         // Not what was written two steps before, either; a sample that is held is not to be written.

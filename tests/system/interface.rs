@@ -192,7 +192,7 @@ fn an_output_that_a_program_binds_and_does_not_write_is_named_at_step_0() {
     let program = compile(&folder, source.to_str().expect("a path"), "half");
     let run = folder.run(&["run", "triangle", "-q", "--swap", &format!("controller.3={program}")]);
     assert_eq!(run.code(), 3);
-    let told = "controller_3 at step 0: output /agent_3/command: error[0] was not written";
+    let told = "controller_3 at step 0: output /agent_3/command: error[0] is NaN: it was not written";
     assert!(run.stderr().contains(told), "{}", run.stderr());
 }
 
