@@ -191,7 +191,9 @@ fn of_run(error: &RunError) -> Option<&'static str> {
         RunError::Deadline { .. } => {
             "`--deadline SECONDS` gives a step more time; `--on-failure restart` starts who hangs anew and goes on"
         }
-        RunError::Fault { .. } => "the log holds every step before: `phalanx report LOG` shows how it came to this",
+        RunError::Fault { step: 1.., .. } => {
+            "the log holds every step before: `phalanx report LOG` shows how it came to this"
+        }
         RunError::System { source, .. } => return of_system(source),
         RunError::Directory(error) => return of_system(&error.source),
         RunError::Service(_) => return of_limits(),

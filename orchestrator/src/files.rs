@@ -11,7 +11,7 @@ use rustix::fs::OFlags;
 use rustix::io::Errno;
 
 use crate::failure::Failure;
-use crate::log::{follow, is_same_file, starts_as_log};
+use crate::log::{draft_of, follow, is_same_file, starts_as_log};
 
 /// Refuses an output that is one of the inputs, by path, link, or hard link.
 ///
@@ -20,7 +20,7 @@ use crate::log::{follow, is_same_file, starts_as_log};
 pub(crate) fn spare<P: AsRef<Path>>(output: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), Failure> {
     for input in inputs {
         let input = input.as_ref();
-        if means_same(output, input) {
+        if means_same(output, input) || draft_of(output).is_some_and(|draft| means_same(&draft, input)) {
             return Err(Failure::Usage(format!(
                 "{} cannot be written: it is {}, which this command reads or writes, too; name another file",
                 output.display(),
@@ -119,6 +119,18 @@ pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     file.commit()
 }
 
+/// Finds out before a long command whether a file can be written at its end.
+///
+/// # Errors
+/// As those of [`OutFile::create`].
+pub(crate) fn try_out(path: &Path) -> io::Result<()> {
+    match follow(path)?.metadata() {
+        // A reader of a FIFO would see the end of it.
+        Ok(found) if !found.is_file() && !found.is_dir() => Ok(()),
+        _ => OutFile::create(path).map(drop),
+    }
+}
+
 /// Opens a FIFO or a device without waiting for a reader.
 fn open_special(path: &Path) -> io::Result<File> {
     let opened = OpenOptions::new().write(true).custom_flags(OFlags::NONBLOCK.bits() as i32).open(path);
@@ -168,6 +180,7 @@ mod tests {
             assert!(matches!(spare(&output, [path("b"), path("a")]), Err(Failure::Usage(_))), "{name}");
         }
         assert!(matches!(spare(&path("new"), [path("new")]), Err(Failure::Usage(_))), "two outputs, none there yet");
+        assert!(matches!(spare(&path("x"), [path(".x.part")]), Err(Failure::Usage(_))), "where it would grow");
         spare(&path("b"), [path("a")]).unwrap();
         spare(&path("new"), [path("a"), path("b")]).unwrap();
     }

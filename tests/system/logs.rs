@@ -195,6 +195,52 @@ fn nothing_but_a_log_gives_way_to_a_log_and_a_log_only_to_a_log() {
 }
 
 #[test]
+fn where_a_log_would_grow_nothing_of_the_user_is_touched() {
+    let folder = Folder::new();
+    folder.run(&["run", "triangle", "-q", "--duration", "1", "--out", "a.mcap"]);
+    let before = read(&folder, "a.mcap");
+    fs::write(folder.path("x.mcap"), &before).expect("a log");
+    fs::hard_link(folder.path("a.mcap"), folder.path(".x.mcap.part")).expect("a link");
+    for command in [&["recover", "a.mcap"][..], &["replay", "a.mcap", "--only", "plant"], &["run", "triangle", "-q"]] {
+        let run = folder.run(&[command, &["--out", "x.mcap"]].concat());
+        assert!(run.code() == 2 && run.stderr().contains("x.mcap"), "{command:?}: {} {}", run.code(), run.stderr());
+        assert!(read(&folder, "a.mcap") == before && read(&folder, "x.mcap") == before, "{command:?}");
+    }
+}
+
+#[test]
+fn a_log_that_another_file_replaces_during_its_run_is_told() {
+    let folder = Folder::new();
+    folder.run(&["run", "triangle", "-q", "--duration", "1", "--out", "other.mcap"]);
+    let scenario = renamed(&folder, "triangle", &unique("moved"));
+    let run = long_run(&folder, &[&scenario, "-q", "--placement", "single", "--out", "a.mcap"], "a.mcap");
+    fs::rename(folder.path("other.mcap"), folder.path("a.mcap")).expect("another log");
+    let end = stop(run);
+    assert!(end.code() == 4 && end.stderr().contains("another file has taken its place"), "{}", end.stderr());
+}
+
+#[test]
+fn outputs_are_tried_before_a_long_command() {
+    let folder = Folder::new();
+    folder.run(&["run", "triangle", "-q", "--duration", "1", "--out", "a.mcap"]);
+    let before = read(&folder, "a.mcap");
+    fs::create_dir(folder.path("pages")).expect("a folder");
+    symlink("../a.mcap", folder.path("pages/phalanx-run.1")).expect("a link");
+    let endless = ["triangle", "--duration", "3600", "--realtime", "-q", "--placement", "processes", "--out", "a.mcap"];
+    for command in [
+        &[&["run"], &endless[..], &["--profile", "nowhere/trace.json"]].concat()[..],
+        &["profile", "triangle", "-q", "--trace", "a.mcap"],
+        &["campaign", "triangle", "--out", "nowhere/table.md"],
+        &["robot", "--scenario", "compensated", "--agent", "2", "--record", "a.mcap"],
+        &["man", "pages"],
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code(), 5, "{command:?}: {}", run.stderr());
+        assert!(read(&folder, "a.mcap") == before, "{command:?}");
+    }
+}
+
+#[test]
 fn outputs_that_are_no_files_work_or_are_refused_at_once() {
     let folder = Folder::new();
     let made = shell(&folder, "mkfifo fifo && mkdir folder");

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::failure::Failure;
+use crate::files;
+use crate::run::leftovers::Scratch;
 
 #[derive(Debug, Args)]
 pub(crate) struct ManArgs {
@@ -18,7 +20,13 @@ pub(crate) fn man(args: &ManArgs, program: clap::Command) -> Result<(), Failure>
     let folder = args.folder.as_path();
     let failed = || Failure::system(format!("write manual pages into {}", folder.display()));
     std::fs::create_dir_all(folder).map_err(failed())?;
-    clap_mangen::generate_to(program.disable_help_subcommand(true), folder).map_err(failed())?;
+    let draft = Scratch::create()?;
+    clap_mangen::generate_to(program.disable_help_subcommand(true), draft.path()).map_err(failed())?;
+    for page in std::fs::read_dir(draft.path()).map_err(failed())? {
+        let page = page.map_err(failed())?;
+        let (text, path) = (std::fs::read(page.path()).map_err(failed())?, folder.join(page.file_name()));
+        files::write(&path, text).map_err(Failure::system(format!("write {}", path.display())))?;
+    }
     println!("{} pages in {}; man -l FILE shows one.", pages(folder).map_err(failed())?, folder.display());
     Ok(())
 }

@@ -58,6 +58,9 @@ pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failu
         files::spare(output, &inputs)?;
         inputs.push(output.clone());
     }
+    if let Some(trace) = &trace {
+        files::try_out(trace).map_err(Failure::system(format!("write the trace {}", trace.display())))?;
+    }
     let options = Options {
         pin: Pin::parse(&args.pin)?,
         progress: !args.quiet,

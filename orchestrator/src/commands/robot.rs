@@ -90,6 +90,9 @@ pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> 
     if let Some(record) = &args.record {
         files::spare(record, args.file.clone().into_iter().chain(args.scenario.iter().map(PathBuf::from)))?;
     }
+    if let Some(record) = &args.record {
+        files::try_out(record).map_err(Failure::system(format!("write {}", record.display())))?;
+    }
     let options = Options {
         body: job.body,
         listen: job.listen,

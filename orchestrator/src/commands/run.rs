@@ -132,6 +132,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     };
     if let Some(trace) = &trace {
         files::spare(trace, inputs.iter().chain(&log))?;
+        files::try_out(trace).map_err(Failure::system(format!("write the trace {}", trace.display())))?;
     }
     if let Some(folder) = &args.log_dir {
         let names = assembly.network.nodes.iter().map(|node| node.name.as_str()).chain(["phalanx"]);

@@ -118,12 +118,19 @@ impl LogPlace {
     }
 
     /// Gives the log its own name.
+    ///
+    /// # Errors
+    /// If the operating system refuses, or another file has taken the place of the log since.
     pub(super) fn publish(&self) -> io::Result<()> {
+        let Claim { file, draft, target, published, .. } = &*self.0;
         if !self.is_published() {
-            fs::rename(&self.0.draft, &self.0.target)?;
-            self.0.published.store(true, SeqCst);
+            fs::rename(draft, target)?;
+            published.store(true, SeqCst);
         }
-        Ok(())
+        match is_same(&file.metadata()?, &target.metadata()?) {
+            true => Ok(()),
+            false => Err(io::Error::other("another file has taken its place during the run")),
+        }
     }
 
     /// Gives the log its own name if there is no other file of that name; whether it has it then.
@@ -193,6 +200,12 @@ pub(crate) fn follow(path: &Path) -> io::Result<PathBuf> {
     Err(Errno::LOOP.into())
 }
 
+/// Where a log grows that replaces an earlier one at `path`; `None` if that names no file.
+pub(crate) fn draft_of(path: &Path) -> Option<PathBuf> {
+    let target = follow(path).ok()?;
+    Some(target.with_file_name(draft_name(target.file_name()?)))
+}
+
 /// `.uav.mcap.part` for `uav.mcap`.
 fn draft_name(name: &std::ffi::OsStr) -> std::ffi::OsString {
     let mut draft = std::ffi::OsString::from(".");
@@ -210,11 +223,15 @@ fn lock_draft(path: &Path, draft: &Path) -> Result<File, LogError> {
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
     for _ in 0..ATTEMPTS {
         let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false).custom_flags(flags.bits() as i32);
-        let file = options.open(draft).map_err(failed)?;
-        if !file.metadata().map_err(failed)?.is_file() {
-            return Err(no_place(path, format!("{} is in the way", draft.display())));
-        }
+        options.read(true).write(true).custom_flags(flags.bits() as i32);
+        let (mut file, is_new) = match options.clone().create_new(true).open(draft) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => match options.open(draft) {
+                // It has been removed in between.
+                Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                opened => (opened.map_err(failed)?, false),
+            },
+            created => (created.map_err(failed)?, true),
+        };
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(busy(path, &file)),
@@ -223,9 +240,20 @@ fn lock_draft(path: &Path, draft: &Path) -> Result<File, LogError> {
         }
         // In between, its holder may have given it its own name, or removed it.
         let is_there = |found: Metadata| file.metadata().is_ok_and(|own| is_same(&own, &found));
-        if draft.symlink_metadata().is_ok_and(is_there) {
+        if !draft.symlink_metadata().is_ok_and(is_there) {
+            continue;
+        }
+        if is_new {
             return Ok(file);
         }
+        // What a killed run has left begins as a log and has one name. Anything else belongs to the user.
+        let found = file.metadata().map_err(failed)?;
+        let is_leftover =
+            found.is_file() && found.nlink() == 1 && (found.len() == 0 || starts_as_log(&mut file).map_err(failed)?);
+        if !is_leftover {
+            return Err(no_place(path, format!("{} is in the way, where the log would grow", draft.display())));
+        }
+        fs::remove_file(draft).map_err(failed)?;
     }
     Err(failed(io::Error::from(ErrorKind::ResourceBusy)))
 }
@@ -387,6 +415,10 @@ mod tests {
         assert!(free.publish_where_free().unwrap() && free.is_published() && free.path().exists());
         place.publish().unwrap();
         assert_eq!((fs::read(&path).unwrap().len(), place.replaces()), (0, false));
+        place.publish().unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, MAGIC).unwrap();
+        assert!(place.publish().unwrap_err().to_string().contains("another file"));
     }
 
     #[test]
@@ -414,6 +446,14 @@ mod tests {
         if !rustix::process::geteuid().is_root() {
             assert!(matches!(LogPlace::claim(&protected), Err(LogError::Write { .. })));
         }
+        fs::write(folder.0.join("input.mcap"), [MAGIC, b"steps"].concat()).unwrap();
+        fs::hard_link(folder.0.join("input.mcap"), folder.0.join(".x.mcap.part")).unwrap();
+        assert!(refusal(&folder.0.join("x.mcap")).contains(".x.mcap.part is in the way"));
+        make(".y.mcap.part", "notes");
+        assert!(refusal(&folder.0.join("y.mcap")).contains(".y.mcap.part is in the way"));
+        fs::remove_file(folder.0.join(".x.mcap.part")).unwrap();
+        fs::remove_file(folder.0.join(".y.mcap.part")).unwrap();
+        assert_eq!(fs::read(folder.0.join("input.mcap")).unwrap(), [MAGIC, b"steps"].concat());
         std::os::unix::fs::symlink("loop", folder.0.join("loop")).unwrap();
         assert!(matches!(LogPlace::claim(&folder.0.join("loop")), Err(LogError::Write { .. })));
         let left: Vec<String> = folder.names().into_iter().filter(|name| name.ends_with(".part")).collect();
