@@ -112,7 +112,7 @@ fn a_terminal_that_is_closed_ends_the_run_in_order() {
     let mut bytes = [0; 4096];
     wait_until("the log grows", || {
         while screen.read(&mut bytes).is_ok_and(|count| count > 0) {}
-        std::fs::metadata(folder.path("cut.mcap")).is_ok_and(|file| file.len() > 100_000)
+        std::fs::metadata(folder.path("cut.mcap")).is_ok_and(|file| file.len() > 400_000)
     });
     drop(screen);
     assert_eq!(run.wait().expect("an end").code(), Some(130));

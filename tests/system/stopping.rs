@@ -114,7 +114,7 @@ fn a_client_that_sends_without_an_end_is_no_hindrance() {
         assert!(client.join().expect("a client").is_err(), "a request of eight megabytes was read");
     }
     let memory = std::fs::read_to_string(format!("/proc/{}/status", run.id())).expect("a process");
-    assert!(status(&folder, &name).is_some(), "{memory}");
+    wait_until(&format!("it answers; {memory}"), || status(&folder, &name).is_some());
     send(&run, Signal::TERM);
     assert_eq!(soon(run).code(), 130);
 }
