@@ -142,7 +142,7 @@ fn parsed() -> Result<Cli, ExitCode> {
         let text = error.render().to_string();
         let shown = readable(&text);
         if error.use_stderr() && shown != text {
-            eprint!("{shown}");
+            eprintln!("{}", shown.trim_end());
             return ExitCode::from(Failure::Usage(String::new()).exit_code());
         }
         error.exit()
@@ -170,7 +170,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
     }
     if !cli.command.is_part() {
         console::start();
-        // Without it, a file that grows beyond `ulimit -f` ends the program; with it, writing fails, and the error is told.
+        // Without it, a file that grows beyond `ulimit -f` ends the program; with it, writing fails with an error.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     }
     if cli.command.is_to_sweep() {

@@ -1,7 +1,6 @@
 //! Files that commands write: none takes the place of what the command reads or of a log, and none stands half written in the place
 //! of an earlier one.
 
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -11,16 +10,17 @@ use rustix::fs::OFlags;
 use rustix::io::Errno;
 
 use crate::failure::Failure;
-use crate::log::{draft_of, follow, is_same_file, starts_as_log};
+use crate::log::{draft_name, draft_of, follow, is_same_file, starts_as_log};
 
 /// Refuses an output that is one of the inputs, by path, link, or hard link.
 ///
 /// # Errors
 /// [`Failure::Usage`] that names both.
 pub(crate) fn spare<P: AsRef<Path>>(output: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), Failure> {
+    let draft = draft_of(output);
     for input in inputs {
         let input = input.as_ref();
-        if means_same(output, input) || draft_of(output).is_some_and(|draft| means_same(&draft, input)) {
+        if means_same(output, input) || draft.as_ref().is_some_and(|draft| means_same(draft, input)) {
             return Err(Failure::Usage(format!(
                 "{} cannot be written: it is {}, which this command reads or writes, too; name another file",
                 output.display(),
@@ -69,10 +69,8 @@ impl OutFile {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }
-        let mut name = OsString::from(".");
-        name.push(target.file_name().ok_or(Errno::ISDIR)?);
-        name.push(format!(".{}.part", std::process::id()));
-        let path = target.with_file_name(name);
+        let name = target.file_name().ok_or(Errno::ISDIR)?;
+        let path = target.with_file_name(draft_name(name, &format!(".{}", std::process::id())));
         let mut options = OpenOptions::new();
         options.write(true).create(true).truncate(true).custom_flags(OFlags::NOFOLLOW.bits() as i32);
         let file = BufWriter::new(options.open(&path)?);
@@ -119,16 +117,18 @@ pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     file.commit()
 }
 
-/// Finds out before a long command whether a file can be written at its end.
+/// Finds out before a long command whether a file can be written at its end, and spares the inputs.
 ///
 /// # Errors
-/// As those of [`OutFile::create`].
-pub(crate) fn try_out(path: &Path) -> io::Result<()> {
-    match follow(path)?.metadata() {
+/// As those of [`spare`], and [`Failure::System`] as [`OutFile::create`] fails.
+pub(crate) fn prepare<P: AsRef<Path>>(output: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), Failure> {
+    spare(output, inputs)?;
+    let tried = follow(output).and_then(|target| match target.metadata() {
         // A reader of a FIFO would see the end of it.
         Ok(found) if !found.is_file() && !found.is_dir() => Ok(()),
-        _ => OutFile::create(path).map(drop),
-    }
+        _ => OutFile::create(output).map(drop),
+    });
+    tried.map_err(Failure::system(format!("write {}", output.display())))
 }
 
 /// Opens a FIFO or a device without waiting for a reader.
@@ -145,32 +145,22 @@ fn open_special(path: &Path) -> io::Result<File> {
 
 #[cfg(test)]
 mod tests {
+    use processes::HeldDirectory;
+
     use super::*;
 
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let path = std::env::temp_dir().join(format!("phalanx-files-{name}-{}", std::process::id()));
-            fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-
-        fn count(&self) -> usize {
-            fs::read_dir(&self.0).unwrap().count()
-        }
+    fn folder() -> HeldDirectory {
+        HeldDirectory::create_in(&std::env::temp_dir(), "phalanx-test-").unwrap()
     }
 
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
+    fn count(folder: &HeldDirectory) -> usize {
+        fs::read_dir(folder.path()).unwrap().count()
     }
 
     #[test]
     fn an_output_is_no_input() {
-        let folder = Folder::new("spare");
-        let path = |name: &str| folder.0.join(name);
+        let folder = folder();
+        let path = |name: &str| folder.path().join(name);
         fs::write(path("a"), "a").unwrap();
         fs::write(path("b"), "b").unwrap();
         std::os::unix::fs::symlink("a", path("link")).unwrap();
@@ -187,33 +177,35 @@ mod tests {
 
     #[test]
     fn a_file_takes_its_place_when_it_is_complete() {
-        let folder = Folder::new("whole");
-        let path = folder.0.join("report.html");
+        let folder = folder();
+        let path = folder.path().join("report.html");
         write(&path, "old").unwrap();
         let mut file = OutFile::create(&path).unwrap();
         file.write_all(b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"old");
         drop(file);
-        assert_eq!((fs::read(&path).unwrap(), folder.count()), (b"old".to_vec(), 1), "given up");
+        assert_eq!((fs::read(&path).unwrap(), count(&folder)), (b"old".to_vec(), 1), "given up");
         write(&path, "new").unwrap();
-        assert_eq!((fs::read(&path).unwrap(), folder.count()), (b"new".to_vec(), 1));
+        assert_eq!((fs::read(&path).unwrap(), count(&folder)), (b"new".to_vec(), 1));
+        write(&folder.path().join("n".repeat(255)), "a name as long as names may be").unwrap();
+        assert_eq!(count(&folder), 2);
     }
 
     #[test]
     fn what_is_no_file_is_written_directly_or_refused() {
-        let folder = Folder::new("special");
+        let folder = folder();
         write(Path::new("/dev/null"), "text").unwrap();
         assert_eq!(write(Path::new("/dev/full"), "text").unwrap_err().kind(), ErrorKind::StorageFull);
-        assert_eq!(write(&folder.0, "text").unwrap_err().kind(), ErrorKind::IsADirectory);
-        let fifo = folder.0.join("fifo");
+        assert_eq!(write(folder.path(), "text").unwrap_err().kind(), ErrorKind::IsADirectory);
+        let fifo = folder.path().join("fifo");
         rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
         assert!(write(&fifo, "text").unwrap_err().to_string().contains("no process reads"));
         let reader = OpenOptions::new().read(true).custom_flags(OFlags::NONBLOCK.bits() as i32).open(&fifo).unwrap();
         write(&fifo, "text").unwrap();
         assert_eq!(io::read_to_string(reader).unwrap(), "text");
-        let log = folder.0.join("run.mcap");
+        let log = folder.path().join("run.mcap");
         fs::write(&log, b"\x89MCAP0\r\n and more").unwrap();
         assert!(write(&log, "text").unwrap_err().to_string().contains("it is a log"));
-        assert_eq!(folder.count(), 2);
+        assert_eq!(count(&folder), 2);
     }
 }

@@ -20,6 +20,7 @@ use rustix::fs::{OFlags, statvfs};
 use rustix::io::Errno;
 
 pub(crate) use door::Door;
+pub use door::lock_holder;
 pub use held::HeldDirectory;
 use held::{Found, open_own};
 use homes::Home;

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use orchestrator::log::{Log, Unfinished};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::program::{Finished, Folder, children, unique, wait_until};
+use crate::program::{Finished, Folder, assert_rows_of_faults, children, unique, wait_until};
 use crate::shortage::in_namespace;
 use crate::stopping::renamed;
 
@@ -410,9 +410,5 @@ const ROWS: [(&str, &str, &str); 13] = [
 
 #[test]
 fn the_rows_in_the_documentation_are_these() {
-    let page = include_str!("../../docs/faults.md");
-    for (what, happens, code) in ROWS {
-        let row = format!("| {what} | {happens} | {code} |");
-        assert!(page.contains(&row), "docs/faults.md lacks the row\n{row}");
-    }
+    assert_rows_of_faults(&ROWS);
 }

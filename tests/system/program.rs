@@ -131,3 +131,12 @@ pub(crate) fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
     }
     panic!("waited a minute until {what}");
 }
+
+/// That docs/faults.md has these rows: what happens, what comes of it, and the exit code.
+pub(crate) fn assert_rows_of_faults(rows: &[(&str, &str, &str)]) {
+    let page = include_str!("../../docs/faults.md");
+    for (what, happens, code) in rows {
+        let row = format!("| {what} | {happens} | {code} |");
+        assert!(page.contains(&row), "docs/faults.md lacks the row\n{row}");
+    }
+}

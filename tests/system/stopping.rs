@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-use crate::program::{Finished, Folder, children, is_alive, unique, wait_until};
+use crate::program::{Finished, Folder, assert_rows_of_faults, children, is_alive, unique, wait_until};
 
 /// What a machine with much else to do may take for something that takes milliseconds.
 const SOON: Duration = Duration::from_secs(20);
@@ -330,9 +330,5 @@ const ROWS: [(&str, &str, &str); 8] = [
 
 #[test]
 fn the_rows_in_the_documentation_are_these() {
-    let page = include_str!("../../docs/faults.md");
-    for (what, happens, code) in ROWS {
-        let row = format!("| {what} | {happens} | {code} |");
-        assert!(page.contains(&row), "docs/faults.md lacks the row\n{row}");
-    }
+    assert_rows_of_faults(&ROWS);
 }

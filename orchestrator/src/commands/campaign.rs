@@ -41,8 +41,7 @@ pub(crate) struct CampaignArgs {
 
 pub(crate) fn campaign(catalog: &Catalog, args: &CampaignArgs) -> Result<(), Failure> {
     if let Some(out) = &args.out {
-        files::spare(out, &args.scenarios)?;
-        files::try_out(out).map_err(Failure::system(format!("write {}", out.display())))?;
+        files::prepare(out, &args.scenarios)?;
     }
     let folder = Scratch::create()?;
     let bar = ProgressBar::new(0);

@@ -9,6 +9,7 @@ use super::arguments::ScenarioArgs;
 use super::select::{assemble, find};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
+use crate::terminal::quoted;
 use crate::trial::scaffold::{Language, Order, create};
 
 /// What a new project is to serve as.
@@ -73,12 +74,6 @@ pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
     };
     println!("{}", create(&order, &assemble(catalog, &scenario)?)?);
     Ok(())
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+=:,@%".contains(c);
-    if word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// Where the source was when this program was built.

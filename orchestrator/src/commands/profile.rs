@@ -54,12 +54,12 @@ pub(crate) fn profile(catalog: &Catalog, args: &ProfileArgs) -> Result<(), Failu
     // The run that is profiled is the one that `phalanx run` carries out.
     let swaps = parse_swaps(&[], &assembly, placement)?;
     let mut inputs = inputs(&args.scenario, &swaps);
-    for output in args.out.iter().chain(&trace) {
-        files::spare(output, &inputs)?;
-        inputs.push(output.clone());
+    if let Some(out) = &args.out {
+        files::spare(out, &inputs)?;
+        inputs.push(out.clone());
     }
     if let Some(trace) = &trace {
-        files::try_out(trace).map_err(Failure::system(format!("write the trace {}", trace.display())))?;
+        files::prepare(trace, &inputs)?;
     }
     let options = Options {
         pin: Pin::parse(&args.pin)?,

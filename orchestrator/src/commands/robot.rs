@@ -50,7 +50,7 @@ pub(crate) struct RobotArgs {
     /// Write the true poses, which no controller sees, as CSV: t, x, y, theta, v1, v2, v3 at every tick
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) record: Option<PathBuf>,
-    /// Do not tell who connects and why it halts
+    /// Do not report connections and the reasons for halts
     #[arg(short, long)]
     pub(crate) quiet: bool,
     /// End when stdin is closed
@@ -88,10 +88,7 @@ pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> 
         return Err(Failure::Usage(format!("laboratory: {field}: {message}")));
     }
     if let Some(record) = &args.record {
-        files::spare(record, args.file.clone().into_iter().chain(args.scenario.iter().map(PathBuf::from)))?;
-    }
-    if let Some(record) = &args.record {
-        files::try_out(record).map_err(Failure::system(format!("write {}", record.display())))?;
+        files::prepare(record, args.file.clone().into_iter().chain(args.scenario.iter().map(PathBuf::from)))?;
     }
     let options = Options {
         body: job.body,

@@ -87,7 +87,7 @@ pub(crate) struct RunArgs {
     /// Print where the time went, and write the last steps as a trace for ui.perfetto.dev [default: <log>.trace.json]
     #[arg(long, value_name = "TRACE.json", num_args = 0..=1)]
     pub(crate) profile: Option<Option<PathBuf>>,
-    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; nobody waits for them
+    /// Publish every sample, too, as iceoryx2 services for viewers and programs of your own; the run does not wait for them
     #[arg(long)]
     pub(crate) tap: bool,
     /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
@@ -131,8 +131,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         Some(path) => Some(path.clone().unwrap_or_else(|| default_trace(&assembly, log.as_deref()))),
     };
     if let Some(trace) = &trace {
-        files::spare(trace, inputs.iter().chain(&log))?;
-        files::try_out(trace).map_err(Failure::system(format!("write the trace {}", trace.display())))?;
+        files::prepare(trace, inputs.iter().chain(&log))?;
     }
     if let Some(folder) = &args.log_dir {
         let names = assembly.network.nodes.iter().map(|node| node.name.as_str()).chain(["phalanx"]);
@@ -372,7 +371,7 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
             &log.sha256[..16]
         ));
         // Commands are not broken, so that one can copy them.
-        let word = quoted(&log.path);
+        let word = quoted(&log.path.display().to_string());
         let program = program();
         println!("\nNext:\n  {program} report {word}    # shows it in a browser");
         println!("  {program} check {word}     # computes this table again");

@@ -36,7 +36,7 @@ Examples:
   phalanx watch --web            waits for a run if none is going on
   phalanx watch uav-2 --web --port 9000
 
-The run does not notice: nothing waits for whoever looks on. What is between two looks is only in the log.")]
+The run does not wait for viewers. Steps between two updates of the view are only in the log.")]
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     pub(crate) run: RunName,

@@ -40,7 +40,7 @@ pub(crate) use digest::file_digest;
 pub use error::LogError;
 pub(crate) use past::play_log;
 pub use place::{LogPlace, is_same_file};
-pub(crate) use place::{draft_of, follow, is_being_written, starts_as_log};
+pub(crate) use place::{draft_name, draft_of, follow, is_being_written, starts_as_log};
 pub use reader::{Log, LogChannel, Unfinished};
 pub(crate) use recorder::UNSETTLED;
 pub use recorder::{DEFAULT_FLUSH_EVERY, ExtraChannel, Recorder, RunInfo};

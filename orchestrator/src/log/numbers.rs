@@ -89,19 +89,14 @@ pub(super) enum Numbers {
     Mapped(Region),
 }
 
-/// A part of an [`Arena`] that belongs to one list.
+/// A part of an [`Arena`] that belongs to one list, in numbers.
 #[derive(Debug)]
 pub(super) struct Region {
     arena: Arc<Arena>,
-    start: NonNull<f64>,
+    start: usize,
     length: usize,
     capacity: usize,
 }
-
-// SAFETY: the part belongs to this value alone.
-unsafe impl Send for Region {}
-// SAFETY: as above; a shared reference only reads.
-unsafe impl Sync for Region {}
 
 impl Numbers {
     /// An empty list in the part of `arena` that begins at `start` numbers; `None` if the arena is shorter.
@@ -112,8 +107,6 @@ impl Numbers {
         if end > arena.bytes / NUMBER_BYTES as usize {
             return None;
         }
-        // SAFETY: within the mapping, as was just checked.
-        let start = unsafe { arena.start.add(start) };
         Some(Self::Mapped(Region { arena: arena.clone(), start, length: 0, capacity }))
     }
 
@@ -145,7 +138,7 @@ impl Numbers {
                 Self::Memory(list) => list.push(number),
                 Self::Mapped(region) if region.length < region.capacity => {
                     // SAFETY: within the part, as was just checked, and nothing else refers to it.
-                    unsafe { region.start.add(region.length).write(number) };
+                    unsafe { region.arena.start.add(region.start + region.length).write(number) };
                     region.length += 1;
                 }
                 // The log said that there are fewer.
@@ -190,7 +183,9 @@ impl Deref for Numbers {
         match self {
             Self::Memory(list) => list,
             // SAFETY: within the part, written by `extend`, and borrowed with the value.
-            Self::Mapped(region) => unsafe { std::slice::from_raw_parts(region.start.as_ptr(), region.length) },
+            Self::Mapped(Region { arena, start, length, .. }) => unsafe {
+                std::slice::from_raw_parts(arena.start.add(*start).as_ptr(), *length)
+            },
         }
     }
 }
@@ -209,6 +204,8 @@ impl PartialEq for Numbers {
 
 #[cfg(test)]
 mod tests {
+    use processes::HeldDirectory;
+
     use super::*;
 
     fn value(list: usize, number: usize) -> f64 {
@@ -217,9 +214,8 @@ mod tests {
 
     #[test]
     fn mapped_numbers_are_those_that_were_put_in() {
-        let folder = std::env::temp_dir().join(format!("phalanx-numbers-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let arena = Arc::new(Arena::create(&folder, 3 * 40_000 * NUMBER_BYTES).unwrap());
+        let folder = HeldDirectory::create_in(&std::env::temp_dir(), "phalanx-test-").unwrap();
+        let arena = Arc::new(Arena::create(folder.path(), 3 * 40_000 * NUMBER_BYTES).unwrap());
         let mut lists: Vec<Numbers> =
             (0..3).map(|list| Numbers::mapped(&arena, list * 40_000, 40_000).unwrap()).collect();
         assert!(Numbers::mapped(&arena, 2 * 40_000 + 1, 40_000).is_none(), "beyond the end");
@@ -245,7 +241,6 @@ mod tests {
         check(&lists, 40_010);
         lists.iter_mut().for_each(|list| list.truncate(17));
         check(&lists.clone(), 17);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

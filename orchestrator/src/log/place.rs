@@ -4,6 +4,7 @@
 //! there until there is something to replace it with, and a reader sees either the old one or the new one. Both names are locked
 //! as long as the run goes on; the kernel removes the lock when the process ends, however that happens.
 
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read};
 use std::os::fd::AsFd;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
+use processes::lock_holder;
 use rustix::fs::{OFlags, RenameFlags};
 use rustix::io::Errno;
 
@@ -22,7 +24,7 @@ use super::record::MAGIC;
 /// Links that are followed to the file of a log; the kernel follows as many.
 const LINKS_MAX: usize = 40;
 /// Length of a file name to which a prefix and an ending can still be added, bytes.
-const NAME_MAX: usize = 240;
+const NAME_MAX: usize = 230;
 /// Names that are tried for a log without a name of its own.
 const NAMES_MAX: u32 = 10_000;
 /// How often the temporary name is tried again after another run has given it up.
@@ -64,7 +66,7 @@ impl LogPlace {
             _ => Path::new("."),
         };
         fs::create_dir_all(folder).map_err(failed)?;
-        let draft = folder.join(draft_name(name));
+        let draft = folder.join(draft_name(name, ""));
         let file = lock_draft(path, &draft)?;
         let claim = Claim { path: path.into(), target, draft, file, published: AtomicBool::new(false) };
         // After the temporary name is locked: a run that writes here holds one of both names at every moment.
@@ -203,17 +205,17 @@ pub(crate) fn follow(path: &Path) -> io::Result<PathBuf> {
 /// Where a log grows that replaces an earlier one at `path`; `None` if that names no file.
 pub(crate) fn draft_of(path: &Path) -> Option<PathBuf> {
     let target = follow(path).ok()?;
-    Some(target.with_file_name(draft_name(target.file_name()?)))
+    Some(target.with_file_name(draft_name(target.file_name()?, "")))
 }
 
-/// `.uav.mcap.part` for `uav.mcap`.
-fn draft_name(name: &std::ffi::OsStr) -> std::ffi::OsString {
-    let mut draft = std::ffi::OsString::from(".");
+/// `.uav.mcap.part` for `uav.mcap`, with a mark before its ending; a long name is shortened.
+pub(crate) fn draft_name(name: &OsStr, mark: &str) -> OsString {
+    let mut draft = OsString::from(".");
     match name.len() <= NAME_MAX {
         true => draft.push(name),
         false => draft.push(format!("phalanx-{:08x}", crc32fast::hash(name.as_bytes()))),
     }
-    draft.push(".part");
+    draft.push(format!("{mark}.part"));
     draft
 }
 
@@ -326,17 +328,7 @@ fn busy(path: &Path, file: &File) -> LogError {
 /// Which process holds the lock of a file, in words: `process 4711 (phalanx run uav)`. `None` if the kernel does not tell, as in
 /// another process namespace.
 fn writer_of(file: &File) -> Option<String> {
-    let found = file.metadata().ok()?;
-    let (major, minor) = (rustix::fs::major(found.dev()), rustix::fs::minor(found.dev()));
-    let place = format!("{major:02x}:{minor:02x}:{}", found.ino());
-    let locks = fs::read_to_string("/proc/locks").ok()?;
-    // 1: FLOCK  ADVISORY  WRITE 4711 00:1c:4242 0 EOF
-    let of_line = |line: &str| {
-        let fields: Vec<&str> = line.split_whitespace().collect();
-        let is_it = fields.contains(&"FLOCK") && fields.contains(&"WRITE") && fields.contains(&place.as_str());
-        is_it.then(|| fields.get(4)?.parse::<u32>().ok()).flatten().filter(|&process| process > 0)
-    };
-    let process = locks.lines().find_map(of_line)?;
+    let process = lock_holder(file)?;
     let command = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
     let words: Vec<_> = command.split(|&byte| byte == 0).filter(|word| !word.is_empty()).collect();
     let mut words = words.into_iter().map(|word| String::from_utf8_lossy(word));
@@ -350,36 +342,26 @@ fn writer_of(file: &File) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use processes::HeldDirectory;
+
     use super::*;
 
     /// A folder that goes away with the test.
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let path = std::env::temp_dir().join(format!("phalanx-place-{name}-{}", std::process::id()));
-            fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-
-        fn names(&self) -> Vec<String> {
-            let names = fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-            let mut names: Vec<String> = names.collect();
-            names.sort();
-            names
-        }
+    fn folder() -> HeldDirectory {
+        HeldDirectory::create_in(&std::env::temp_dir(), "phalanx-test-").unwrap()
     }
 
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
+    fn names(folder: &HeldDirectory) -> Vec<String> {
+        let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
     }
 
     #[test]
     fn one_process_writes_a_log_at_a_time() {
-        let folder = Folder::new("one");
-        let path = folder.0.join("run.mcap");
+        let folder = folder();
+        let path = folder.path().join("run.mcap");
         let first = LogPlace::claim(&path).unwrap();
         let refused = |path: &Path| match LogPlace::claim(path) {
             Err(LogError::Busy { writer, .. }) => writer,
@@ -387,31 +369,31 @@ mod tests {
         };
         assert!(refused(&path).contains(&format!("process {}", std::process::id())));
         first.publish().unwrap();
-        assert_eq!((folder.names(), first.is_published()), (vec!["run.mcap".into()], true));
+        assert_eq!((names(&folder), first.is_published()), (vec!["run.mcap".into()], true));
         assert!(refused(&path).starts_with("process"));
-        std::os::unix::fs::symlink(&path, folder.0.join("link.mcap")).unwrap();
-        refused(&folder.0.join("link.mcap"));
+        std::os::unix::fs::symlink(&path, folder.path().join("link.mcap")).unwrap();
+        refused(&folder.path().join("link.mcap"));
         let second = LogPlace::claim_free(&path).unwrap();
         let third = LogPlace::claim_free(&path).unwrap();
-        assert_eq!([second.path(), third.path()], ["run-2.mcap", "run-3.mcap"].map(|name| folder.0.join(name)));
+        assert_eq!([second.path(), third.path()], ["run-2.mcap", "run-3.mcap"].map(|name| folder.path().join(name)));
         drop(first);
         assert!(LogPlace::claim(&path).unwrap().replaces());
         drop((second, third));
-        assert_eq!(folder.names(), ["link.mcap", "run.mcap"], "what was not published leaves nothing");
+        assert_eq!(names(&folder), ["link.mcap", "run.mcap"], "what was not published leaves nothing");
     }
 
     #[test]
     fn an_earlier_file_stays_until_there_is_something_to_replace_it() {
-        let folder = Folder::new("earlier");
-        let path = folder.0.join("run.mcap");
+        let folder = folder();
+        let path = folder.path().join("run.mcap");
         fs::write(&path, MAGIC).unwrap();
         let place = LogPlace::claim(&path).unwrap();
         assert!(place.replaces() && fs::read(&path).unwrap() == MAGIC);
         drop(place);
-        assert_eq!((fs::read(&path).unwrap(), folder.names()), (MAGIC.to_vec(), vec!["run.mcap".into()]));
+        assert_eq!((fs::read(&path).unwrap(), names(&folder)), (MAGIC.to_vec(), vec!["run.mcap".into()]));
         let place = LogPlace::claim(&path).unwrap();
         assert!(!place.publish_where_free().unwrap() && fs::read(&path).unwrap() == MAGIC);
-        let free = LogPlace::claim(&folder.0.join("free.mcap")).unwrap();
+        let free = LogPlace::claim(&folder.path().join("free.mcap")).unwrap();
         assert!(free.publish_where_free().unwrap() && free.is_published() && free.path().exists());
         place.publish().unwrap();
         assert_eq!((fs::read(&path).unwrap().len(), place.replaces()), (0, false));
@@ -423,9 +405,9 @@ mod tests {
 
     #[test]
     fn a_log_replaces_nothing_but_logs() {
-        let folder = Folder::new("foreign");
+        let folder = folder();
         let make = |name: &str, text: &str| {
-            let path = folder.0.join(name);
+            let path = folder.path().join(name);
             fs::write(&path, text).unwrap();
             path
         };
@@ -436,9 +418,9 @@ mod tests {
         assert!(refusal(&make("scenario.toml", "name = \"a\"\n")).contains("another kind"));
         assert!(refusal(&make("short", "a")).contains("another kind"));
         LogPlace::claim(&make("empty.mcap", "")).unwrap();
-        assert!(refusal(&folder.0).contains("folder"));
+        assert!(refusal(folder.path()).contains("folder"));
         assert!(refusal(Path::new("/dev/full")).contains("device"));
-        let fifo = folder.0.join("fifo");
+        let fifo = folder.path().join("fifo");
         rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
         assert!(refusal(&fifo).contains("FIFO"));
         let protected = make("protected.mcap", "");
@@ -446,26 +428,26 @@ mod tests {
         if !rustix::process::geteuid().is_root() {
             assert!(matches!(LogPlace::claim(&protected), Err(LogError::Write { .. })));
         }
-        fs::write(folder.0.join("input.mcap"), [MAGIC, b"steps"].concat()).unwrap();
-        fs::hard_link(folder.0.join("input.mcap"), folder.0.join(".x.mcap.part")).unwrap();
-        assert!(refusal(&folder.0.join("x.mcap")).contains(".x.mcap.part is in the way"));
+        fs::write(folder.path().join("input.mcap"), [MAGIC, b"steps"].concat()).unwrap();
+        fs::hard_link(folder.path().join("input.mcap"), folder.path().join(".x.mcap.part")).unwrap();
+        assert!(refusal(&folder.path().join("x.mcap")).contains(".x.mcap.part is in the way"));
         make(".y.mcap.part", "notes");
-        assert!(refusal(&folder.0.join("y.mcap")).contains(".y.mcap.part is in the way"));
-        fs::remove_file(folder.0.join(".x.mcap.part")).unwrap();
-        fs::remove_file(folder.0.join(".y.mcap.part")).unwrap();
-        assert_eq!(fs::read(folder.0.join("input.mcap")).unwrap(), [MAGIC, b"steps"].concat());
-        std::os::unix::fs::symlink("loop", folder.0.join("loop")).unwrap();
-        assert!(matches!(LogPlace::claim(&folder.0.join("loop")), Err(LogError::Write { .. })));
-        let left: Vec<String> = folder.names().into_iter().filter(|name| name.ends_with(".part")).collect();
+        assert!(refusal(&folder.path().join("y.mcap")).contains(".y.mcap.part is in the way"));
+        fs::remove_file(folder.path().join(".x.mcap.part")).unwrap();
+        fs::remove_file(folder.path().join(".y.mcap.part")).unwrap();
+        assert_eq!(fs::read(folder.path().join("input.mcap")).unwrap(), [MAGIC, b"steps"].concat());
+        std::os::unix::fs::symlink("loop", folder.path().join("loop")).unwrap();
+        assert!(matches!(LogPlace::claim(&folder.path().join("loop")), Err(LogError::Write { .. })));
+        let left: Vec<String> = names(&folder).into_iter().filter(|name| name.ends_with(".part")).collect();
         assert!(left.is_empty(), "{left:?}");
     }
 
     #[test]
     fn a_long_name_has_a_temporary_one() {
-        let folder = Folder::new("long");
-        let path = folder.0.join(format!("{}.mcap", "n".repeat(245)));
+        let folder = folder();
+        let path = folder.path().join(format!("{}.mcap", "n".repeat(245)));
         let place = LogPlace::claim(&path).unwrap();
         place.publish().unwrap();
-        assert_eq!(folder.names().len(), 1);
+        assert_eq!(names(&folder).len(), 1);
     }
 }

@@ -161,13 +161,14 @@ impl<W: Write + Send> Target for Plain<W> {
 mod tests {
     use std::fs;
 
+    use processes::HeldDirectory;
+
     use super::*;
 
     #[test]
     fn what_was_shown_stays_when_there_is_no_room_for_what_replaces_it() {
-        let folder = std::env::temp_dir().join(format!("phalanx-target-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let path = folder.join("run.mcap");
+        let folder = HeldDirectory::create_in(&std::env::temp_dir(), "phalanx-test-").unwrap();
+        let path = folder.path().join("run.mcap");
         let mut file = LogFile::new(LogPlace::claim(&path).unwrap()).unwrap();
         file.limit = 100;
         file.write(&[1; 30], 50).unwrap();
@@ -185,7 +186,5 @@ mod tests {
         file.show(&[7; 5], 50).unwrap();
         file.write(&[8; 55], 0).unwrap();
         assert_eq!(content(), [[1; 30].as_slice(), &[6; 15], &[8; 55]].concat());
-        drop(file);
-        fs::remove_dir_all(&folder).unwrap();
     }
 }

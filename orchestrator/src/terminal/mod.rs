@@ -51,12 +51,11 @@ pub(crate) fn is_ours(terminal: impl AsFd) -> bool {
     }
 }
 
-/// A path as a shell reads it, in quotes if need be.
-pub(crate) fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
+/// A word as a shell reads it, in quotes if need be.
+pub(crate) fn quoted(text: &str) -> String {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "/._-+=:,@%".contains(letter);
     match !text.is_empty() && text.chars().all(is_plain) {
-        true => text,
+        true => text.into(),
         false => format!("'{}'", text.replace('\'', "'\\''")),
     }
 }
@@ -95,8 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shell_reads_a_path_again() {
-        let quoted = |path: &str| quoted(std::path::Path::new(path));
+    fn a_shell_reads_a_word_again() {
         assert_eq!(quoted("runs/uav-TSC+plant.mcap"), "runs/uav-TSC+plant.mcap");
         assert_eq!(quoted("my runs/größe.mcap"), "'my runs/größe.mcap'");
         assert_eq!(quoted("it's.mcap"), "'it'\\''s.mcap'");

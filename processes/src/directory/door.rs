@@ -52,8 +52,7 @@ fn open(directory: &Path) -> io::Result<File> {
 
 /// The process that holds the lock of a file, in words.
 pub(super) fn holder(file: &File) -> String {
-    let pid = file.metadata().ok().and_then(|found| holder_of(&found, &fs::read_to_string("/proc/locks").ok()?));
-    let Some(pid) = pid else { return "another process".into() };
+    let Some(pid) = lock_holder(file) else { return "another process".into() };
     describe(pid, &fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default())
 }
 
@@ -67,12 +66,19 @@ fn describe(pid: u32, stat: &str) -> String {
     format!("process {pid} ({name}){}", if is_stopped { ", which is stopped" } else { "" })
 }
 
-fn holder_of(found: &fs::Metadata, locks: &str) -> Option<u32> {
+/// The process that holds the exclusive lock of a file (`flock`). `None` if there is no such lock, or the kernel does not name its
+/// holder, as in another process namespace.
+pub fn lock_holder(file: &File) -> Option<u32> {
+    let found = file.metadata().ok()?;
     let (major, minor) = (rustix::fs::major(found.dev()), rustix::fs::minor(found.dev()));
     let identity = format!("{major:02x}:{minor:02x}:{}", found.ino());
-    let line = locks.lines().find(|line| line.split_whitespace().any(|word| word == identity))?;
-    // Behind number, kind, and two words that say what it forbids.
-    line.split_whitespace().find_map(|word| word.parse().ok())
+    // 1: FLOCK  ADVISORY  WRITE 4711 00:1c:4242 0 EOF
+    let of_line = |line: &str| {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let is_it = ["FLOCK", "WRITE", identity.as_str()].iter().all(|word| fields.contains(word));
+        is_it.then(|| fields.get(4)?.parse().ok()).flatten().filter(|&process| process > 0)
+    };
+    fs::read_to_string("/proc/locks").ok()?.lines().find_map(of_line)
 }
 
 #[cfg(test)]
@@ -93,7 +99,11 @@ mod tests {
         let path = std::env::temp_dir().join(format!("phalanx-door-{}", std::process::id()));
         let file = File::create(&path).unwrap();
         file.lock().unwrap();
-        let told = holder(&File::open(&path).unwrap());
+        let other = File::open(&path).unwrap();
+        let told = holder(&other);
+        assert_eq!(lock_holder(&other), Some(std::process::id()));
+        drop(file);
+        assert_eq!(lock_holder(&other), None);
         fs::remove_file(&path).unwrap();
         assert!(told.starts_with(&format!("process {} (", std::process::id())), "{told}");
     }
