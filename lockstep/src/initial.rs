@@ -38,7 +38,7 @@ pub fn set(network: &mut Network, mut starters: Vec<(usize, Box<dyn Participant>
     Ok(())
 }
 
-/// The channels that somebody reads before their first sample.
+/// The channels that are read before their first sample.
 fn read_early(network: &Network) -> BTreeSet<ChannelId> {
     let writers = network.writers();
     let starts_late = |channel: ChannelId| writers[channel.0].is_some_and(|writer| network.nodes[writer].offset > 0);

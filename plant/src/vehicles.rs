@@ -236,7 +236,7 @@ impl Dynamics {
     }
 }
 
-/// Writes the value of each formula, and 0 where there is none.
+/// Writes the value of each formula, and 0 where a formula is missing.
 fn evaluate(formulas: &[Formula], arguments: &[f64], out: &mut [f64]) {
     for (index, value) in out.iter_mut().enumerate() {
         *value = formulas.get(index).map_or(0.0, |formula| formula.evaluate(arguments));

@@ -59,11 +59,11 @@ pub struct Onlooker {
 
 /// What a run knows of an onlooker.
 struct Seat {
-    /// By number of the channel; `None` for a channel that nobody writes.
+    /// By number of the channel; `None` for a channel without a writer.
     readers: Vec<Option<ChannelReader>>,
     /// By number of the worker: which of its processes is read.
     incarnations: Vec<u32>,
-    /// Who hosts what.
+    /// Which worker hosts which participant.
     plan: Plan,
     shares: Shares,
     /// After the readers, which belong to it.

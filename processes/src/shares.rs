@@ -14,7 +14,7 @@ const MOST: usize = 64;
 pub(crate) struct Shares {
     /// By worker.
     shares: Vec<Vec<Share>>,
-    /// By channel: worker and number of the service among its own; `None` for a channel that nobody writes.
+    /// By channel: worker and number of the service among its own; `None` for a channel without a writer.
     places: Vec<Option<(usize, usize)>>,
 }
 

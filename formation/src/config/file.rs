@@ -82,7 +82,7 @@ fn is_pipe(_: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Opens the file. To open a pipe takes until a program writes into it, so that happens in a thread of its own.
+/// Opens the file. Opening a pipe waits until a program writes into it, so a separate thread does it.
 fn open(path: &Path, patience: Duration) -> Result<File, TextError> {
     if !is_pipe(path)? {
         return Ok(File::open(path)?);
@@ -90,7 +90,7 @@ fn open(path: &Path, patience: Duration) -> Result<File, TextError> {
     let (sender, receiver) = mpsc::channel();
     let path = PathBuf::from(path);
     std::thread::Builder::new().spawn(move || {
-        // Nobody listens any more if it took too long.
+        // After the time-out there is no receiver.
         let _ = sender.send(File::open(path));
     })?;
     receiver.recv_timeout(patience).map_err(|_| TextError::NoWriter)?.map_err(TextError::System)

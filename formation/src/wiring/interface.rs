@@ -228,7 +228,7 @@ impl Interface {
         self.station.bind(KIND).slice_out(agent.index(), name, length)
     }
 
-    /// The parts of its outputs that were not bound so far. Whoever takes the place of a participant has to write zeros there at
+    /// The parts of its outputs that were not bound so far. A program in the place of a participant has to write zeros there at
     /// every step; [`participant`](super::participant) does.
     pub fn unbound(&self) -> Vec<Slice> {
         self.station.unbound()

@@ -117,7 +117,7 @@ impl Laboratory {
         ((ticks - whole).abs() < 1e-6 && (0.0..1e9).contains(&whole)).then_some(whole as u64)
     }
 
-    /// What a step that is no whole number of ticks is told.
+    /// The message for a step that is not a whole number of ticks.
     fn wrong_step(&self, dt: f64) -> String {
         let tick = self.tick;
         let below = (dt / tick).floor().max(1.0);

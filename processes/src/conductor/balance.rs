@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn a_trial_among_strangers_ends_before_it_is_dear() {
-        // The other core gives every step a time slice of somebody else.
+        // On the other core, every step waits for a time slice of another program.
         for slow in [500, 5_000, 20_000, 60_000] {
             let mut run = Run::new();
             let mut tried = 0;

@@ -262,7 +262,7 @@ fn blame(suspects: &[String]) -> String {
 }
 
 fn reach(suspects: &[String]) -> String {
-    /// More names than that help nobody.
+    /// More names than that do not help.
     const MOST: usize = 4;
     match suspects {
         [only] => format!("of all participants, only {only} has all of the altered memory open"),

@@ -27,7 +27,7 @@ impl Span {
         let wanted = format!("/agent_{}/{topic}", agent + 1);
         let channels = &assembly.network.channels;
         let Some(channel) = channels.iter().position(|channel| channel.topic == wanted) else {
-            return Err(format!("nobody publishes {wanted}: this scenario has no {role}"));
+            return Err(format!("{wanted} is not published: this scenario has no {role}"));
         };
         let layout = &channels[channel].layout;
         let Some((offset, length)) = layout.find(field) else {
