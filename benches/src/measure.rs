@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::{Header, Local, Network, Node, Plan, Status, Store, Wake, WorkerPlan};
-use orchestrator::log::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
 use orchestrator::run::placement::Placement;
 use orchestrator::run::{Options, run};
 use processes::{Conductor, RunDirectory, Settings};
+use recording::{DEFAULT_FLUSH_EVERY, Recorder, RunInfo};
 use schemes::{ROLES, SCENARIOS};
 
 use crate::{beside_core, chain, in_thread, on_core};

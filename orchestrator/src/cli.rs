@@ -63,7 +63,7 @@ enum Command {
     Ctl(commands::ctl::CtlArgs),
     /// Show how fast a run is, and where its processes spend their time
     Top(commands::top::TopArgs),
-    /// Run a scenario and show where its time goes: who computes, who waits, for whom; and a trace for Perfetto
+    /// Run a scenario and show where its time goes: which participants compute, which wait, and for which; with a trace for Perfetto
     Profile(commands::profile::ProfileArgs),
     /// Show a run live: the formation and its errors, in the terminal or in a browser
     Watch(commands::watch::WatchArgs),
@@ -213,7 +213,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Command::Participant(args) => return commands::participant::participant(catalog, &args),
     };
     let result = match (result, terminal::printing::finish()) {
-        // What was asked for did not arrive, whatever it says.
+        // The results did not arrive, so the command has failed.
         (Ok(()) | Err(Failure::Missed | Failure::Different | Failure::Nonconforming), Some(error)) => {
             Err(Failure::Unwritten(error.to_string()))
         }

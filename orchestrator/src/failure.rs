@@ -7,8 +7,8 @@ use rustix::process::{Resource, getrlimit};
 
 use crate::judge::JudgeError;
 use crate::judge::metrics::MetricError;
-use crate::log::LogError;
 use crate::unanswered::Unanswered;
+use recording::LogError;
 
 /// What to do about a limit of open files that is too low.
 const FEW_FILES: &str =
@@ -43,7 +43,7 @@ pub enum Failure {
     /// The run did not come to its end.
     #[error("the run stopped: {0}")]
     Run(RunError),
-    /// Somebody stopped the run because of an emergency.
+    /// The run was stopped by an emergency stop.
     #[error("emergency stop at step {step}: every robot of the run was told to stop")]
     Emergency {
         /// Where.
@@ -186,10 +186,10 @@ fn of_run(error: &RunError) -> Option<&'static str> {
             "`phalanx conform` tries a program point by point; `-v` shows what every process does while it starts"
         }
         RunError::Died { .. } => {
-            "`--on-failure restart` starts who dies anew and goes on; `--log-dir DIR` keeps all that every process prints"
+            "`--on-failure restart` starts a participant that dies again and continues; `--log-dir DIR` keeps all that every process prints"
         }
         RunError::Deadline { .. } => {
-            "`--deadline SECONDS` gives a step more time; `--on-failure restart` starts who hangs anew and goes on"
+            "`--deadline SECONDS` gives a step more time; `--on-failure restart` starts a participant that hangs again and continues"
         }
         RunError::Fault { step: 1.., .. } => {
             "the log holds every step before: `phalanx report LOG` shows how it came to this"

@@ -6,11 +6,12 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
+use filesystem::{draft_name, draft_of, follow, is_same_file};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 
 use crate::failure::Failure;
-use crate::log::{draft_name, draft_of, follow, is_same_file, starts_as_log};
+use recording::starts_as_log;
 
 /// Refuses an output that is one of the inputs, by path, link, or hard link.
 ///
@@ -145,7 +146,7 @@ fn open_special(path: &Path) -> io::Result<File> {
 
 #[cfg(test)]
 mod tests {
-    use processes::HeldDirectory;
+    use filesystem::HeldDirectory;
 
     use super::*;
 

@@ -37,7 +37,6 @@ mod commands;
 pub mod failure;
 mod files;
 pub mod judge;
-pub mod log;
 pub mod logging;
 pub mod recorded;
 pub mod run;

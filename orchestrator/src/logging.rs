@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use processes::console;
-use tracing_subscriber::filter::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::{MakeWriter, layer};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry;
@@ -59,10 +59,10 @@ impl Choice<'_> {
 /// Starts the stream of the program.
 ///
 /// # Errors
-/// [`Failure::Usage`] for a filter that is none, [`Failure::System`] if the folder cannot be written.
+/// [`Failure::Usage`] for an invalid filter, [`Failure::System`] if the folder cannot be written.
 pub fn start(choice: &Choice) -> Result<(), Failure> {
     let text = choice.filter();
-    let filter = EnvFilter::try_new(&text).map_err(|error| {
+    let filter = text.parse::<Targets>().map_err(|error| {
         Failure::Usage(format!(
             "--log-filter {text}: {error}; expected LEVEL or MODULE=LEVEL, such as orchestrator=debug"
         ))
@@ -81,7 +81,8 @@ pub fn start(choice: &Choice) -> Result<(), Failure> {
 
 /// Starts the stream of a participant, whose lines the orchestrator gathers.
 pub(crate) fn start_participant() {
-    let filter = EnvFilter::try_from_env(FILTER).unwrap_or_else(|_| EnvFilter::new("warn"));
+    let filter = std::env::var(FILTER).ok().and_then(|text| text.parse().ok());
+    let filter = filter.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN));
     let stderr = layer().without_time().with_ansi(false).with_target(false).with_writer(io::stderr);
     // As above.
     let _ = registry().with(filter).with(stderr).try_init();

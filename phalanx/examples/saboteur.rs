@@ -1,6 +1,6 @@
 //! A participant that fails on purpose, for the tests of what becomes of the run: `saboteur FAULT MOMENT`.
 //!
-//! It plays whatever participant it is put in the place of, `phalanx run uav --swap "plant=saboteur panic 37"`, until the
+//! It takes the place of any participant, `phalanx run uav --swap "plant=saboteur panic 37"`, until the
 //! moment comes: `start` (before it joins the run), `connect` (after that, before it is connected), the number of a step, or
 //! `end` (after the last step).
 
@@ -133,7 +133,7 @@ fn shared_memory() -> Result<Vec<PathBuf>, String> {
     Ok(entries.flatten().map(|entry| entry.path()).filter(is_meant).collect())
 }
 
-/// Fails now; an error is a failure that is told.
+/// Fails now; an error is a failure that is reported.
 fn commit(fault: &str) -> Result<(), String> {
     let send = |signal| kill_process(getpid(), signal).map_err(|error| error.to_string());
     match fault {
@@ -170,7 +170,7 @@ fn send_to_parent(signal: Signal) -> Result<(), String> {
     kill_process(parent, signal).map_err(|error| error.to_string())
 }
 
-/// Has somebody wake this process from a stop, for as long as it lives.
+/// Starts a process that wakes this one from a stop, for as long as it lives.
 fn wake_again() -> std::io::Result<()> {
     let pid = std::process::id();
     let script = format!("while [ -d /proc/{pid} ]; do sleep 0.1; kill -CONT {pid}; done");

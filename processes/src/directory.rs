@@ -6,7 +6,6 @@
 //! anybody.
 
 mod door;
-mod held;
 mod homes;
 mod segments;
 
@@ -15,14 +14,12 @@ use std::io::{self, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
+use filesystem::{Found, HeldDirectory, holder, open_own};
 use lockstep::{PLAN_FILE, Plan, PlanError};
 use rustix::fs::{OFlags, statvfs};
 use rustix::io::Errno;
 
 pub(crate) use door::Door;
-pub use door::lock_holder;
-pub use held::HeldDirectory;
-use held::{Found, open_own};
 use homes::Home;
 
 use crate::lineage::Lineage;
@@ -144,7 +141,7 @@ impl RunDirectory {
         let Some(turn) = Home::candidates().find_map(|place| Home::ensure(place).ok().flatten()) else { return swept };
         // One at a time: what one has listed another must not have removed, and a new run made again.
         if turn.directory.try_lock().is_err() {
-            swept.busy = Some(door::holder(&turn.directory));
+            swept.busy = Some(holder(&turn.directory));
             return swept;
         }
         let homes = Home::all().unwrap_or_default();

@@ -32,7 +32,7 @@ pub use conductor::{
     Span, WorkerUsage,
 };
 pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
-pub use directory::{DirectoryError, HeldDirectory, RunDirectory, Swept, lock_holder};
+pub use directory::{DirectoryError, RunDirectory, Swept};
 pub use onlooker::{LookError, Onlooker};
 pub use page::run_name;
 pub use service::ServiceError;

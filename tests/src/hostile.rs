@@ -12,10 +12,10 @@ use formation::wiring::Assembly;
 use lockstep::Plan;
 use orchestrator::cli::Cli;
 use orchestrator::judge::claims::Claims;
-use orchestrator::log::recover;
 use orchestrator::run::swap::Swap;
 use orchestrator::show::report;
 use orchestrator::show::view::Subject;
+use recording::recover;
 use schemes::{ROLES, SCENARIOS};
 
 /// A kind of input: its name, and what it reaches.

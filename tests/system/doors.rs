@@ -1,4 +1,4 @@
-//! Names in shared memory that are not those of a run: whatever they are and whoever made them, no command waits or fails.
+//! Names in shared memory that are not those of a run: of any kind and any owner, no command waits or fails.
 
 use crate::program::Folder;
 use crate::shortage::in_namespace;
@@ -46,7 +46,7 @@ fn no_name_in_shared_memory_makes_a_command_wait_or_fail() {
     }
 }
 
-/// The runs of one user find each other under whatever name.
+/// The runs of one user find each other under any name.
 #[test]
 fn a_run_under_another_name_is_found_by_all_commands() {
     let folder = Folder::new();

@@ -13,7 +13,7 @@ const GROWTH: u64 = 200_000;
 /// the log are in memory, packed and unpacked. The entries of the chunks in the summary of the log are 4 bytes per step.
 const CHUNKS: u64 = 16_000_000;
 
-/// Memory that a process shares with nobody, bytes.
+/// Private memory of a process, bytes.
 fn private(pid: u32) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).expect("a process that lives");
     let lines = text.lines().filter(|line| line.starts_with("Private_"));

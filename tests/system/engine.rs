@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::Child;
 use std::time::Duration;
 
-use orchestrator::log::Log;
+use recording::Log;
 use serde_json::Value;
 
 use crate::program::{Folder, children, wait_until};
@@ -199,7 +199,7 @@ fn a_profile_names_everybody_and_is_no_part_of_the_log() {
     assert!(text.contains("\nplanner ") && text.contains("of which"), "{text}");
     let trace: Value =
         serde_json::from_slice(&std::fs::read(folder.path("a.trace.json")).expect("a trace")).expect("JSON");
-    // 14 names, and 51 runs of everybody.
+    // 14 names, and 51 runs of all participants.
     assert_eq!(trace["traceEvents"].as_array().map(Vec::len), Some(14 + 14 * 51));
     folder.run(&[&short[..], &["--out", "b.mcap"]].concat());
     assert_eq!(folder.run(&["verify", "a.mcap", "b.mcap"]).code(), 0);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use hardware::link::{Connector, TcpConnector};
 use hardware::message::{Clock, Message};
-use orchestrator::log::Log;
+use recording::Log;
 
 use crate::own_programs::compile;
 use crate::program::{Finished, Folder};

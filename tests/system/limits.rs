@@ -1,4 +1,4 @@
-//! What keeps a run within its limits: ranges of values, who may read it, where names lead; and what it says on its way.
+//! What keeps a run within its limits: ranges of values, permissions, where names lead; and its messages.
 
 use rustix::process::{Pid, Signal, kill_process};
 

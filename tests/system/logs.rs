@@ -5,7 +5,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use orchestrator::log::{Log, Unfinished};
+use recording::{Log, Unfinished};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::program::{Finished, Folder, assert_rows_of_faults, children, unique, wait_until};

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use orchestrator::log::Log;
+use recording::Log;
 use serde_json::Value;
 
 use crate::program::{Finished, Folder};

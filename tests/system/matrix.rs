@@ -1,4 +1,4 @@
-//! Every kind of participant, every moment, every fault: what becomes of the run is told in docs/faults.md, and done here.
+//! Every kind of participant, every moment, every fault, with the outcome that docs/faults.md promises.
 
 use std::thread;
 
@@ -91,7 +91,7 @@ const RUN: [&str; 8] = ["run", "compensated", "--dt", "0.001", "--duration", "0.
 fn run(folder: &Folder, participant: &str, fault: &str, moment: &str) -> (i32, String) {
     let swap = format!("{participant}={} {fault} {moment}", saboteur().display());
     let log = format!("{fault}.mcap");
-    // Who hangs is waited for; who does not must have the time that a busy machine takes.
+    // A participant that hangs is waited for; one that does not needs the time that a busy machine takes.
     let hangs = ["stop", "slow"].contains(&fault) && moment != "end";
     let more = ["--deadline", if hangs { "1" } else { "20" }, "--swap", &swap];
     let end = folder.run(&[&RUN[..], &[&log], &more].concat());
@@ -225,7 +225,7 @@ fn a_sample_that_another_process_alters_ends_the_run() {
     }
 }
 
-/// Whoever hangs is named with all that helps to find out why.
+/// A participant that hangs is named, with what helps to find the reason.
 #[test]
 fn a_hang_is_told_with_process_step_time_and_last_lines() {
     let folder = Folder::new();

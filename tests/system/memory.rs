@@ -68,7 +68,7 @@ fn memory_that_a_participant_overwrites_is_a_named_error() {
         } else {
             assert!(code == 3 && stderr.contains(told), "{way}: {code}\n{stderr}");
             if way.starts_with("board_") && way != "board_trunc" {
-                // It has overwritten all the samples that it can reach, and nobody else can reach all of them.
+                // It has overwritten all the samples that it can reach, and no other process can reach all of them.
                 assert!(stderr.contains("only controller_3 (pid "), "{way}:\n{stderr}");
             }
         }

@@ -1,4 +1,4 @@
-//! What becomes of a run when the orchestrator is told to end, or is killed, at a moment that a participant chooses.
+//! What happens to a run when the orchestrator is asked to end, or is killed, at a moment that a participant chooses.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -8,7 +8,7 @@ use crate::program::{Finished, Folder, saboteur, unique, wait_until};
 /// Steps are numbered from 0 to this.
 const LAST: u64 = 50;
 const MOMENTS: [&str; 6] = ["start", "connect", "0", "23", "50", "end"];
-/// Who chooses the moment, in turn.
+/// The participant that chooses the moment, in turn.
 const PARTICIPANTS: [&str; 4] = ["plant", "planner", "observer_1", "controller_2"];
 
 /// A short run of three robots in which the orchestrator gets a signal at a moment.
@@ -81,7 +81,7 @@ fn nothing_is_left_of_a_run_whose_orchestrator_is_killed_at_any_moment() {
     }
 }
 
-/// It lists who is running, and takes nothing from them.
+/// It lists the runs, and removes nothing of theirs.
 #[test]
 fn doctor_removes_what_the_dead_have_left_and_leaves_the_living_alone() {
     let folder = Folder::new();

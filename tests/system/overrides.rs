@@ -1,6 +1,6 @@
 //! Every field at the top of a scenario can be set from the command line, whether its file has the field or not.
 
-use orchestrator::log::Log;
+use recording::Log;
 
 use crate::program::Folder;
 
@@ -114,7 +114,7 @@ fn a_field_that_no_variant_has_is_refused_in_every_variant() {
             }
         }
     }
-    // A field that is there is checked as ever, whatever the command.
+    // A field that is there is checked by every command.
     for command in [&["run", "uav"][..], &["graph", "uav"], &["verify", "--scenario", "uav"], &["profile", "uav"]] {
         let end = folder.run(&[command, &["--set-if-present", "controller.c_p=-3"]].concat());
         assert!(end.code() == 2 && end.stderr().contains("expected a number > 0, found -3"), "{}", end.stderr());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use orchestrator::log::Log;
+use recording::Log;
 use serde_json::Value;
 
 /// A folder of its own for one test, removed at the end.
@@ -45,7 +45,7 @@ impl Folder {
         Finished(self.phalanx(arguments).stdin(Stdio::null()).output().expect("the program starts"))
     }
 
-    /// The digest of all samples of a log. Two logs may have the same samples and differ in what they say of who played whom.
+    /// The digest of all samples of a log. Two logs may have the same samples and name different programs.
     pub(crate) fn samples(&self, log: &str) -> String {
         Log::open(&self.path(log)).unwrap_or_else(|error| panic!("{error}")).digest()
     }

@@ -23,7 +23,7 @@ fn a_log_says_what_played_and_replay_asks_for_it() {
     script(&folder, "first");
     let swap = "controller.3=sh play.sh plain.mcap";
     let json = folder.run(&[&run[..], &["--swap", swap]].concat()).json();
-    assert_eq!(json["log"], "runs/uav-TSC+controller_3.mcap", "the name says who was swapped");
+    assert_eq!(json["log"], "runs/uav-TSC+controller_3.mcap", "the name says which participant was swapped");
     let player = &json["players"][0];
     assert_eq!((&player["participant"], &player["kind"]), (&"controller_3".into(), &"program".into()), "{player}");
     assert_eq!((&player["command"], &player["from_step"]), (&"sh play.sh plain.mcap".into(), &0.into()), "{player}");

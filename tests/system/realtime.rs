@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use hardware::link::{Link, TcpLink};
 use hardware::message::{Message, Pose};
-use orchestrator::log::Log;
+use recording::Log;
 
 use crate::program::{Finished, Folder, children, unique, wait_until};
 use crate::robot::settings;

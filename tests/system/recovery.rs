@@ -5,7 +5,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use lockstep::Status;
-use orchestrator::log::Log;
+use recording::Log;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -95,7 +95,7 @@ fn random_kills_in_every_scheme_change_nothing() {
         let end = end(run);
         let outcome = end.json();
         assert_eq!(outcome["sha256"], calm, "{scenario}: {}", end.stderr());
-        assert_ne!(outcome["replaced"].as_array().map(Vec::len), Some(0), "{scenario}: nobody was hit");
+        assert_ne!(outcome["replaced"].as_array().map(Vec::len), Some(0), "{scenario}: no participant was hit");
     }
 }
 

@@ -39,7 +39,7 @@ fn a_played_participant_gives_the_same_samples() {
             };
             let swaps: Vec<&str> = played.iter().flat_map(|swap| ["--swap", swap]).collect();
             let again = record(&folder, scheme, &[&["--out", "again.mcap"], &swaps[..]].concat());
-            assert_ne!(again, original, "the log names who played");
+            assert_ne!(again, original, "the log names the programs");
             let verify = folder.run(&["verify", "original.mcap", "again.mcap"]);
             assert_eq!(verify.code(), 0, "{scheme:?}, live: {live:?}: {}", verify.stdout());
             let text = verify.stdout();

@@ -1,4 +1,4 @@
-//! Robots stop when they should, whatever happens between them and their run, and nobody learns where they truly are.
+//! Robots stop when they should, whatever happens between them and their run, and no participant reads their true state.
 
 use std::collections::HashSet;
 use std::io::{Read, Write};
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread::spawn;
 use std::time::Duration;
 
-use orchestrator::log::Log;
+use recording::Log;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::program::{Finished, Folder, wait_until};
@@ -78,7 +78,7 @@ fn cameras_that_stay_blind_end_the_run_with_a_robot_that_stands() {
     assert!(last(&log, "/agent_2/hardware", "not_seen") > 10.0);
 }
 
-/// A cable between the bridge and a robot that can be cut: nothing passes then, and nobody is told.
+/// A cable between the bridge and a robot that can be cut: nothing passes then, and neither side is informed.
 struct Cable {
     address: String,
     is_cut: Arc<AtomicBool>,

@@ -1,4 +1,4 @@
-//! What a log shows besides its signals, and layouts for those who look at it.
+//! What a log shows besides its signals, and layouts for viewers.
 
 use crate::program::Folder;
 use crate::readers::scene_of;

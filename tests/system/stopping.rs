@@ -1,4 +1,4 @@
-//! A run ends when it is told to, whatever else goes on. Nothing here measures a time: what would have waited for its client,
+//! A run ends on request, at any moment and under any load. Nothing here measures a time: what would have waited for its client,
 //! its program or its reader would have waited far longer than any limit below, or for ever.
 
 use std::fs::File;

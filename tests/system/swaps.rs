@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use orchestrator::log::Log;
+use recording::Log;
 
 use crate::own_programs::{compile, library_folder, python, root};
 use crate::program::{Finished, Folder};
@@ -23,7 +23,7 @@ fn one_option_exchanges_a_program_a_recording_or_a_robot() {
     compile(&folder, "examples/controller-cpp/controller.cpp", "my_controller");
     for swap in ["controller.3=./my_controller", "controller.1=replay:runs/yesterday.mcap"] {
         let run = folder.run(&[&short[..], &["--swap", swap, "--out", "again.mcap"]].concat());
-        assert_ne!(digest(&run), plain, "{swap}: the log names who played");
+        assert_ne!(digest(&run), plain, "{swap}: the log names the programs");
         let verify = folder.run(&["verify", "runs/yesterday.mcap", "again.mcap"]);
         assert_eq!(verify.code(), 0, "{swap}: {}", verify.stdout());
     }

@@ -1,4 +1,4 @@
-//! What a program of somebody else sees of a run: only iceoryx2, no crate of ours but the layout of the header.
+//! What a foreign program sees of a run: only iceoryx2, no crate of ours but the layout of the header.
 
 use iceoryx2::prelude::{Config, FilePath, NodeBuilder, SemanticString, ServiceName, SignalHandlingMode, ipc};
 use processes::TapHeader;
@@ -46,7 +46,7 @@ fn a_stranger_reads_along_and_changes_nothing() {
         steps.len() >= 100
     });
     assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
-    // A reader that never reads holds nobody up.
+    // A reader that never reads does not block the run.
     run.wait().expect("an end");
     drop((state, idle, node));
     folder.run(&[&short[..], &["--out", "b.mcap"]].concat());

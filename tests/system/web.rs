@@ -113,7 +113,7 @@ fn half_requests_and_announced_bodies_hold_up_nobody() {
         (0..20).map(|_| page.send("POST / HTTP/1.1", "Content-Length: 1000000000\r\n")).collect();
     page.serves();
     assert!(page.ask("POST / HTTP/1.1", "Content-Length: 10\r\n").starts_with("HTTP/1.1 413"));
-    // A request that does not come is given up, whatever else happens.
+    // A request that does not arrive is given up in any case.
     let mut last = half.pop().expect("a connection");
     let mut rest = Vec::new();
     let _ = last.read_to_end(&mut rest);

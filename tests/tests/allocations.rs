@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 use lockstep::{Header, Local, Status};
-use orchestrator::log::{Recorder, RunInfo};
+use recording::{Recorder, RunInfo};
 use schemes::{ROLES, SCENARIOS};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 

@@ -9,7 +9,7 @@ use schemes::SCENARIOS;
 /// The page that holds the results of all scenarios.
 const PAGE: &str = include_str!("../../docs/thesis-results.md");
 
-/// Runs all variants of the scenario and whatever its claims need; every band, assertion and claim must hold, and every row must
+/// Runs all variants of the scenario and the runs that its claims need; every band, assertion and claim must hold, and every row must
 /// stand in the page of results.
 fn check(scenario: &str) {
     let folder = std::env::temp_dir().join(format!("phalanx-campaign-{}-{scenario}", std::process::id()));

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
-use orchestrator::log::Log;
 use orchestrator::run::placement::Placement;
 use orchestrator::run::{Options, run};
+use recording::Log;
 use schemes::{ROLES, SCENARIOS};
 
 /// Steps of every run.

@@ -10,9 +10,9 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::Findings;
 use crate::judge::verdict::Verdict;
-use crate::log::Log;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
+use recording::Log;
 
 /// A variant of a scenario, with overrides.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ impl Job {
     }
 }
 
-/// A log that is removed when it is no longer needed, whatever happens.
+/// A log that is removed with the value.
 struct TemporaryLog(PathBuf);
 
 impl Drop for TemporaryLog {

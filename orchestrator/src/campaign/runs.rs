@@ -56,9 +56,9 @@ impl Campaign {
     }
 }
 
-/// Runs all variants of the scenarios called `names` (all if there are none) and whatever else their claims need.
+/// Runs all variants of the scenarios called `names` (all if there are none) and the runs that their claims need.
 ///
-/// `report` is told of every run that is done: how many are, of how many, and which.
+/// `report` is called after every run: how many are done, of how many, and which.
 ///
 /// # Errors
 /// [`Failure`] of the first run that cannot be carried out; an unknown name.

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::log::Log;
 use crate::show::export::{Table, header, write_row};
 use crate::show::view::{signals, topics};
+use recording::Log;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -56,7 +56,7 @@ pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
         out.flush()
     })();
     match written {
-        // Whoever reads it has seen enough, as `head` does.
+        // The reader has closed the pipe, as `head` does.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(Failure::system("write to the terminal")),
     }

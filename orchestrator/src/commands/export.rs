@@ -6,10 +6,10 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::log::{Log, LogChannel};
 use crate::show::export::ExportFormat;
 use crate::show::export::{Table, write_csv, write_mat, write_npz, write_parquet};
 use crate::show::view::topics;
+use recording::{Log, LogChannel};
 
 #[derive(Debug, Args)]
 pub(crate) struct ExportArgs {

@@ -8,9 +8,9 @@ use serde_json::json;
 
 use super::check::players_json;
 use crate::failure::Failure;
-use crate::log::{Log, LogChannel, Unfinished};
 use crate::run::players::Player;
 use crate::terminal::{plain, program};
+use recording::{Log, LogChannel, Unfinished};
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {

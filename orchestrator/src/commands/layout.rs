@@ -9,9 +9,9 @@ use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
-use crate::log::Log;
 use crate::show::layouts::Viewer;
 use crate::show::layouts::layout as write_layout;
+use recording::Log;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\

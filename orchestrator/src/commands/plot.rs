@@ -7,12 +7,12 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::judge::metrics::norm;
-use crate::log::Log;
 use crate::show::drawing::{Drawing, Line};
 use crate::show::view::signals;
 use crate::terminal::plain;
+use recording::Log;
 
-/// Columns where nobody says how many there are.
+/// Columns of an output that is not a terminal.
 const WIDTH: u16 = 100;
 /// Lines that one can still tell apart.
 const LINES_MAX: usize = 24;

@@ -11,11 +11,11 @@ use super::select::{assemble, from_log};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
-use crate::log::Log;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
 use crate::terminal::counted;
+use recording::Log;
 
 #[derive(Debug, Args)]
 #[command(

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::log;
 
 #[derive(Debug, Args)]
 pub(crate) struct RecoverArgs {
@@ -21,11 +20,11 @@ pub(crate) fn recover(args: &RecoverArgs) -> Result<(), Failure> {
         let stem = args.log.file_stem().unwrap_or_default().to_string_lossy();
         args.log.with_file_name(format!("{stem}-recovered.mcap"))
     });
-    if log::is_being_written(&args.log) {
+    if recording::is_being_written(&args.log) {
         let what = "its run goes on; wait for its end, or stop it with `phalanx ctl stop`";
         return Err(Failure::Usage(format!("{} is not closed yet: {what}", args.log.display())));
     }
-    let recovered = log::recover(&args.log, &out)?;
+    let recovered = recording::recover(&args.log, &out)?;
     let source = args.log.display();
     let kept = match recovered.until_ns {
         Some(until) => format!("all up to {:.3} s of simulated time is kept", until as f64 * 1e-9),

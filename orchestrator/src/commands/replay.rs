@@ -17,7 +17,6 @@ use super::select::{from_head, names_one_plant};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
-use crate::log::Log;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
 use crate::run::players::Player;
@@ -26,6 +25,7 @@ use crate::run::swap::{Swap, node_called, own_program};
 use crate::run::urgency::Urgency;
 use crate::terminal::plain;
 use crate::trial::replay::{Departures, Outcome, Setup, rerun};
+use recording::Log;
 
 /// What asks for the component of Phalanx where a log names another player.
 const BUILTIN: &str = "builtin";
@@ -158,7 +158,7 @@ fn remark_on_changes(played: &[Player], player: Option<&Player>) {
     }
 }
 
-/// Who plays in the new run: the others come from the log.
+/// The participants that run again; the others come from the log.
 fn cast_of(names: &[&str], node: &str, log: &Path, player: Option<Player>) -> Vec<Player> {
     let recorded = Player::from_log("", log);
     let others = names.iter().filter(|name| **name != node);

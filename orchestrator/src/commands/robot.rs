@@ -100,7 +100,7 @@ pub(crate) fn robot(catalog: &Catalog, args: &RobotArgs) -> Result<(), Failure> 
     };
     let announce = |address| {
         println!("robot {} {LISTENS}{address}", options.body);
-        // Whoever waits for the line may be gone.
+        // The process that waits for the line may have ended.
         let _ = std::io::stdout().flush();
     };
     let failed = format!("play robot {} at {}", options.body, options.listen);
@@ -150,7 +150,7 @@ fn from_arguments(args: &RobotArgs) -> Job {
     Job { body: agent, listen: args.listen, poses: None, emulator, selection, if_present }
 }
 
-/// Ends this program when nobody holds the other end of its stdin any more.
+/// Ends this program when the other end of its stdin is closed.
 fn end_with_stdin() {
     std::thread::spawn(|| {
         let mut byte = [0];

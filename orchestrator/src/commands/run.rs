@@ -18,7 +18,6 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
 use crate::judge::verdict::Verdict;
-use crate::log::LogPlace;
 use crate::run::control::Stop;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
@@ -29,6 +28,7 @@ use crate::run::swap::{RobotSwap, Swap};
 use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, counted, program, quoted, wrapped};
+use recording::LogPlace;
 
 /// How long an interrupted run may take to end in order.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -194,7 +194,7 @@ pub(super) fn default_log(assembly: &Assembly, swaps: &[String]) -> PathBuf {
     Path::new("runs").join(format!("{}{variant}{}.mcap", scenario.name, marks(&names)))
 }
 
-/// What the name of a log says of those who were swapped: `+plant`, `+controller_3`, or `+controllers` if they are several.
+/// What the name of a log says of swapped participants: `+plant`, `+controller_3`, or `+controllers` if they are several.
 fn marks(names: &[String]) -> String {
     let role = |name: &str| name.split('_').next().unwrap_or_default().to_string();
     let mut marks = String::new();

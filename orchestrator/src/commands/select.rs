@@ -10,8 +10,8 @@ use super::arguments::ScenarioArgs;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions;
-use crate::log::{Head, Log};
 use crate::recorded::{scenario_in, scenario_of};
+use recording::{Head, Log};
 
 /// Reads and connects the scenario that the command line names.
 pub(super) fn assemble(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembly, Failure> {

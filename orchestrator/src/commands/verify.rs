@@ -11,7 +11,6 @@ use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::log::{Comparison, Log, compare};
 use crate::run::engine::cores;
 use crate::run::leftovers::Scratch;
 use crate::run::pinning::Pin;
@@ -21,6 +20,7 @@ use crate::run::stress::{Busy, Stress};
 use crate::run::swap::{RobotSwap, Swap};
 use crate::run::{Options, run};
 use crate::terminal::plain;
+use recording::{Comparison, Log, compare};
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {

@@ -207,12 +207,12 @@ impl View {
     }
 }
 
-/// Opens a browser, if this is somebody's desktop.
+/// Opens a browser, if there is a desktop.
 fn open(url: &str) {
     let desktop = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
     if desktop && std::io::stdout().is_terminal() {
         let mut command = Command::new("xdg-open");
-        // The address has been printed; who has no such program copies it.
+        // The address has been printed and can be copied.
         let _ = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     }
 }

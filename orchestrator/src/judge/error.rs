@@ -3,7 +3,7 @@
 use formation::config::Problem;
 
 use super::metrics::MetricError;
-use crate::log::LogError;
+use recording::LogError;
 
 /// Why a log cannot be judged.
 #[derive(Debug, thiserror::Error)]

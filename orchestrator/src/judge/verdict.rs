@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::judge::JudgeError;
 use crate::judge::metrics::{Metric, MetricError, MetricSet, Run};
-use crate::log::Log;
+use recording::Log;
 
 /// A metric with its band.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use lockstep::Period;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
-use crate::log::LogError;
+use recording::LogError;
 
 /// Why a log cannot stand in for participants of a run.
 #[derive(Clone, Debug, thiserror::Error)]

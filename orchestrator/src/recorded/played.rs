@@ -29,7 +29,7 @@ impl Participant for Played {
             if self.factor == 1.0 {
                 io.slice_mut(place).copy_from_slice(words);
             } else {
-                // A number that is none would be stopped here, and not reach the participant that is to be tried.
+                // A value that is not finite would end the run here, and not reach the participant under test.
                 let scaled = words.iter().map(|word| (word * self.factor).clamp(-f64::MAX, f64::MAX));
                 io.slice_mut(place).iter_mut().zip(scaled).for_each(|(place, word)| *place = word);
             }

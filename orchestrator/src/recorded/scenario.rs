@@ -6,7 +6,7 @@ use std::path::Path;
 use formation::scenario::{Scenario, Selection};
 
 use crate::failure::Failure;
-use crate::log::Log;
+use recording::Log;
 
 /// The scenario that a log holds, with its variant and overrides applied.
 ///

@@ -6,7 +6,7 @@ use formation::scenario::{Scenario, Selection};
 use lockstep::{ChannelId, Layout, Network, Period, Shape};
 
 use super::ReplayError;
-use crate::log::{Head, Stream};
+use recording::{Head, Stream};
 
 /// The recorded samples of some channels, step by step.
 pub struct Tape {
@@ -87,7 +87,7 @@ impl Tape {
     /// The recorded numbers of a channel at the step that the tape is wound to.
     ///
     /// # Panics
-    /// If the channel is none of those that the tape was opened for, or the tape was not wound yet.
+    /// If the channel was not asked for when it was opened, or no step was read yet.
     pub fn words(&self, channel: ChannelId) -> &[f64] {
         let topic = self.topics[channel.0].expect("a channel of the tape");
         self.stream.words(topic)

@@ -31,11 +31,11 @@ pub enum Engine {
     },
     /// In processes of their own.
     Processes {
-        /// Who runs them.
+        /// Runs the processes.
         conductor: Box<Conductor>,
         /// Where they run.
         home: Home,
-        /// Who plays the participants.
+        /// The programs of the participants.
         cast: Cast,
     },
 }
@@ -204,7 +204,7 @@ impl Engine {
         }
     }
 
-    /// From now on it is tried on how many of `cores` steps are shortest, if nobody else has chosen where the processes run.
+    /// Tries from now on how many of `cores` make steps shortest, unless the user has set the core affinity of the processes.
     pub fn balance(&mut self, cores: &[usize]) {
         if let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self {
             let others = cores.iter().copied().filter(|&core| core != slot.core);
@@ -222,7 +222,7 @@ impl Engine {
         }
     }
 
-    /// Runs one step of everybody and returns its number.
+    /// Runs one step of all participants and returns its number.
     ///
     /// # Errors
     /// [`RunError`]; the run is over then.
@@ -237,7 +237,7 @@ impl Engine {
         }
     }
 
-    /// The workers that have failed; none if nobody could take their places.
+    /// The workers that have failed and can be replaced.
     pub(crate) fn casualties(&self, error: &RunError) -> Vec<usize> {
         match self {
             Engine::Local { .. } => Vec::new(),
@@ -271,7 +271,7 @@ impl Engine {
         }
     }
 
-    /// The worker that hosts this participant and nobody else.
+    /// The worker that hosts this participant alone.
     pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
         let Engine::Processes { conductor, .. } = self else { return None };
         conductor.plan().workers.iter().position(|worker| worker.name == node)
@@ -338,7 +338,7 @@ impl Engine {
         }
     }
 
-    /// Nobody runs ahead of the step that is asked for.
+    /// No worker runs ahead of the requested step.
     pub fn run_step_by_step(&mut self) {
         if let Engine::Processes { conductor, .. } = self {
             conductor.set_ahead(0);

@@ -5,7 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-use processes::{HeldDirectory, RunDirectory, Swept};
+use filesystem::HeldDirectory;
+use processes::{RunDirectory, Swept};
 
 use crate::failure::Failure;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
 use crate::judge::assertions::{DEFINITION, Findings, TOPIC, Watch, encode};
-use crate::log::{ExtraChannel, Lasting, LogError, Recorder, definitions};
+use recording::{Durability, ExtraChannel, LogError, Recorder, definitions};
 
 /// Violations of one assertion that are written one by one; all are counted. A signal that trembles around its bound would fill
 /// the log otherwise.
@@ -30,7 +30,7 @@ impl AssertionMonitor {
     pub(crate) fn new(watch: Watch, recorder: Option<&mut Recorder>) -> Result<Self, LogError> {
         let text = definitions::text(DEFINITION);
         let add =
-            |recorder: &mut Recorder| recorder.add_channel(TOPIC, DEFINITION[0].0, &text, Lasting::TransientLocal);
+            |recorder: &mut Recorder| recorder.add_channel(TOPIC, DEFINITION[0].0, &text, Durability::TransientLocal);
         let channel = recorder.filter(|_| !watch.is_empty()).map(add).transpose()?;
         let messages = vec![0; watch.len()];
         Ok(Self { watch, channel, messages })

@@ -4,7 +4,7 @@ use lockstep::{Network, Period, Store};
 
 use super::control::Start;
 use super::outcome::Ending;
-use crate::log::{LogError, Recorder};
+use recording::{LogError, Recorder};
 
 /// A step that is done.
 pub(crate) struct StepView<'a> {

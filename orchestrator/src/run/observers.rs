@@ -9,7 +9,7 @@ use super::recording::header;
 use super::recovery::Recovery;
 use super::robots::Journal;
 use super::scene::Scene;
-use crate::log::{LogError, Recorder};
+use recording::{LogError, Recorder};
 
 /// All observers of a run, in the order of their messages within a step of the log.
 pub(crate) struct Observers {

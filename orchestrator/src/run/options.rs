@@ -11,7 +11,7 @@ use super::profile::TRACED_RUNS;
 use super::stress::Stress;
 use super::swap::{RobotSwap, Swap};
 use super::urgency::Urgency;
-use crate::log::LogPlace;
+use recording::LogPlace;
 
 /// How a run is carried out. None of it changes a bit of the samples.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use processes::{RunError, Snapshot};
 use super::control::Pacing;
 use crate::failure::Failure;
 use crate::judge::assertions::Findings;
-use crate::log::{LogError, Summary};
+use recording::{LogError, Summary};
 
 /// Why a run ended. The log reaches up to there.
 #[derive(Debug)]

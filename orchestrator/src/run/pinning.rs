@@ -22,7 +22,7 @@ impl Pin {
     /// Reads `auto`, `none` or the number of a core.
     ///
     /// # Errors
-    /// [`Failure::Usage`] if it is none of them, or the core is not allowed.
+    /// [`Failure::Usage`] for another text, or a core that is not allowed.
     pub fn parse(text: &str) -> Result<Self, Failure> {
         match text {
             "auto" => return Ok(Self::Auto),

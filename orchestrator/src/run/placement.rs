@@ -14,7 +14,7 @@ pub enum Placement {
     Processes,
     /// Observer and controller of an agent share a process
     Agents,
-    /// As the scenario's `[placement] groups` say; who is in no group is a process of its own
+    /// As the scenario's `[placement] groups` say; a participant in no group runs in its own process
     Groups,
     /// All participants run in this process, without a system call in a step; those that are swapped are processes beside one
     /// that runs all others
@@ -22,7 +22,7 @@ pub enum Placement {
 }
 
 impl Placement {
-    /// The placement of a scenario if nobody says otherwise: its groups, or a process per participant.
+    /// The default placement of a scenario: its groups, or a process per participant.
     pub fn default_of(assembly: &Assembly) -> Self {
         if assembly.scenario.groups.is_empty() { Self::Processes } else { Self::Groups }
     }

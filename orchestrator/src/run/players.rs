@@ -9,9 +9,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::log::file_digest;
 use crate::run::swap::{RobotSwap, Swap};
 use crate::terminal::plain;
+use recording::file_digest;
 
 /// Larger files beside the program are named without a digest, bytes.
 const HASHED_MAX: u64 = 1 << 30;

@@ -6,8 +6,8 @@ use formation::wiring::Assembly;
 use lockstep::{ChannelId, Header, Network, Period, Status, Store};
 
 use crate::failure::Failure;
-use crate::log::{DEFAULT_FLUSH_EVERY, LogPlace, PLAYER, Recorder, RunInfo};
 use crate::run::players::Player;
+use recording::{DEFAULT_FLUSH_EVERY, LogPlace, PLAYER, Recorder, RunInfo};
 
 /// Starts the log of a run of the scenario on the channels of `network`, with these `players` in the place of Phalanx.
 ///

@@ -23,7 +23,7 @@ use super::robots::{Journal, with_hands};
 use super::scene::Scene;
 use crate::failure::Failure;
 use crate::judge::assertions::{self, Watch};
-use crate::log::{LogPlace, Recorder};
+use recording::{LogPlace, Recorder};
 
 /// Why a participant of a run that continues keeps its program.
 const NOT_RECORDED: &str = "the run is not recorded, and a new program needs the steps so far: nothing was changed";
@@ -204,7 +204,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Stops the processes, robots with them, and closes the log; whatever else can fail comes after that.
+    /// Stops the processes, robots with them, and closes the log, before anything else that can fail.
     fn finish(mut self, ending: Ending, wall: f64) -> Result<Outcome, Failure> {
         self.progress.finish();
         drop(self.observers.tap.take());
@@ -300,7 +300,8 @@ fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: 
 
 /// Publishes what is recorded, for readers from outside.
 fn open_tap(assembly: &Assembly, engine: &Engine) -> Result<Tap, Failure> {
-    let nowhere = || Failure::Usage("--tap needs a run directory in /dev/shm, and there is none".into());
+    let nowhere =
+        || Failure::Usage("--tap needs a run directory in /dev/shm, which a run in one process does not have".into());
     let directory = engine.directory().ok_or_else(nowhere)?;
     Ok(Tap::start(directory, &assembly.network, engine.core()).map_err(RunError::from)?)
 }

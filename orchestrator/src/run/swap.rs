@@ -312,7 +312,7 @@ fn on_search_path(program: &str) -> Option<PathBuf> {
 /// The node that a user calls `controller.3` or `controller_3`.
 ///
 /// # Errors
-/// Says that there is none, and which there are.
+/// The error for an unknown name, with the known ones.
 pub fn node_called(name: &str, nodes: &[&str]) -> Result<String, String> {
     let node = name.trim().replace('.', "_");
     if nodes.contains(&node.as_str()) {

@@ -12,7 +12,7 @@ const CHRT: &str = "chrt";
 /// How urgent the processes of a run are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Urgency {
-    /// SCHED_FIFO priority, 1 to 99; `None`: as everybody.
+    /// SCHED_FIFO priority, 1 to 99; `None`: normal scheduling.
     pub priority: Option<u8>,
 }
 

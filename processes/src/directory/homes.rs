@@ -10,8 +10,9 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
+use filesystem::open_own;
+
 use super::SHARED_MEMORY;
-use super::held::open_own;
 
 /// Numbers that are tried as endings of the name, and random endings behind them.
 const NUMBERED: u32 = 9;

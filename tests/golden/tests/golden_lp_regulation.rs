@@ -2,7 +2,7 @@
 //!
 //! Nine digits are printed. What moves smoothly is compared with an absolute tolerance of 1e-8 up to 1 s and of 1e-7 later.
 //! Estimates, inputs and what contains them take over the spikes of the finite-time observer, whose size depends on round-off:
-//! between spikes they agree as well, and at these instants there is none.
+//! between spikes they agree as well, and there is no spike at these instants.
 
 use golden::Bench;
 

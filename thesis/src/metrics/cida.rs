@@ -90,7 +90,7 @@ fn reversals(run: &Run) -> Result<f64, MetricError> {
             reason: "the vehicles are no planar robots".into(),
         })?;
         for k in 0..samples {
-            let vector = |series: &[orchestrator::log::Series]| Vector3::from_column_slice(series[i].row(k));
+            let vector = |series: &[recording::Series]| Vector3::from_column_slice(series[i].row(k));
             let matrix = nominal.matrix(position[i].row(k)[2]);
             let asked = matrix * (vector(&maintenance) + vector(&consensus));
             let given = matrix * vector(&input);

@@ -13,7 +13,7 @@ use plant::laboratory::LaboratoryRobot;
 use orchestrator::judge::metrics::{
     Metric, MetricError, Run, maximum, norm, norm_between, square_sum, total_variation,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// When the formation has settled, s.
 const SETTLED: f64 = 25.0;

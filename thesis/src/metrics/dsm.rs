@@ -7,7 +7,7 @@ use formation::formula::Jet;
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between};
-use orchestrator::log::Series;
+use recording::Series;
 
 /// Coordinates of an agent.
 const D: usize = 3;
@@ -45,7 +45,7 @@ fn worst(run: &Run, of: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     run.history(|k| maximum((0..run.agents()).map(|agent| of(agent, k))))
 }
 
-/// The time from which on a history stays below `level`; NaN if it does not, or if nobody knows because the run broke off.
+/// The time from which on a history stays below `level`; NaN if it does not, or if the run ended before that is known.
 fn settling(run: &Run, history: &[f64], level: f64) -> f64 {
     let complete = run.samples() as u64 == run.scenario.context.timing.periods() + 1;
     let first = first_below_for_good(history, level).filter(|_| complete);

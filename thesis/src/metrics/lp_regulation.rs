@@ -6,7 +6,7 @@ use formation::wiring::Role;
 use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum, total_variation,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// Effects of inputs that are smaller count as none, in m/s² or rad/s².
 const NO_EFFECT: f64 = 1e-7;

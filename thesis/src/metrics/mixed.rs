@@ -5,7 +5,7 @@ use formation::wiring::Role;
 use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm, norm_between,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// Norms of every robot over time: outer index the robot, inner one the sample.
 struct Norms {

@@ -7,7 +7,7 @@ use formation::wiring::Role;
 use orchestrator::judge::metrics::{
     Metric, MetricError, Run, edges, first_below_for_good, maximum, maximum_from, norm, norm_between, one_norm_between,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// A reference that moves farther than this within one step has jumped, m.
 const JUMP: f64 = 0.05;
@@ -125,7 +125,7 @@ fn smallest_gap(agent: &Signals) -> Option<f64> {
     gaps.reduce(|a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) })
 }
 
-/// The obstacle that all flags name; 0 if there are none, -1 if they name several.
+/// The obstacle that all flags name; 0 without flags, -1 if they name several.
 fn flagged_obstacle(flags: &[f64]) -> f64 {
     let mut named = flags.iter().filter(|flag| **flag != 0.0);
     let first = named.next().copied().unwrap_or(0.0);

@@ -7,7 +7,7 @@ use formation::wiring::Role;
 use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, square_sum, total_variation,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// The channels of a planar robot, as metrics call them.
 const CHANNELS: [&str; 3] = ["x", "y", "θ"];
@@ -25,7 +25,7 @@ pub(super) struct SpeedFormation<'a> {
     pub(super) error: Vec<Series<'a>>,
 }
 
-/// ‖E_i - Ê_i‖ of every agent at every sample, whoever estimates.
+/// ‖E_i - Ê_i‖ of every agent at every sample.
 pub(super) fn uncertainty_error(run: &Run) -> Result<Vec<Vec<f64>>, MetricError> {
     let observed = run.offers(Role::Observer, 0, "disturbance");
     let (role, name) = if observed { (Role::Observer, "disturbance") } else { (Role::Controller, "network") };

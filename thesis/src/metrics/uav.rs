@@ -6,7 +6,7 @@ use orchestrator::judge::metrics::{
     Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, median, norm_between, square_sum,
     total_variation,
 };
-use orchestrator::log::Series;
+use recording::Series;
 
 /// The signals of all agents that the metrics need.
 struct Signals<'a> {

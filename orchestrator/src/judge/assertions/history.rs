@@ -7,7 +7,7 @@ use lockstep::{Channel, ChannelId};
 use super::geometry::Geometry;
 use super::signal::compile;
 use super::slot::{Mistake, Slot};
-use crate::log::Log;
+use recording::Log;
 
 /// The values of the signal `text` of the agent at this place, one for each recorded step.
 ///

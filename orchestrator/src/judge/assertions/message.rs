@@ -1,8 +1,8 @@
 //! Violations in the log of the run: messages that every viewer of ROS 2 logs shows.
 
 use super::{Finding, Severity, Violation};
-use crate::log::Cdr;
-use crate::log::definitions::{Definition, JOURNAL};
+use recording::Cdr;
+use recording::definitions::{Definition, JOURNAL};
 
 /// Where they are written.
 pub(crate) const TOPIC: &str = "/phalanx/assertions";

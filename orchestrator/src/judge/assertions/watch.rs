@@ -9,7 +9,7 @@ use lockstep::ChannelId;
 use super::finding::{Finding, Findings, Moment, Violation};
 use super::{Across, Assertion, Subject};
 use crate::judge::JudgeError;
-use crate::log::{Head, Log, Stream};
+use recording::{Head, Log, Stream};
 
 /// Evaluates the assertions of a run, one step after the other.
 #[derive(Clone, Debug)]

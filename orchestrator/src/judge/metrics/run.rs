@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use formation::scenario::Scenario;
 use formation::wiring::Role;
 
-use crate::log::{Log, Series};
+use recording::{Log, Series};
 
 /// A metric that cannot be computed from this log.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -71,7 +71,7 @@ impl Listener {
             if is_ours(io::stdin()) {
                 self.take_keys();
             } else {
-                // Whoever has the terminal now has set its mode.
+                // The process that has the terminal now has set its mode.
                 self.before = None;
             }
             let (suspended, key) = self.wait();

@@ -34,7 +34,7 @@ pub(crate) enum RequestError {
     /// It begins with another word.
     #[error("expected pause, resume, step N, swap NODE=COMMAND, stop, estop or status")]
     Unknown,
-    /// The number of steps is none.
+    /// The number of steps is invalid.
     #[error("expected a number of steps")]
     Steps,
 }
@@ -109,7 +109,7 @@ pub(crate) struct Status {
     pub(crate) processes: u64,
     /// What it is doing.
     pub(crate) state: State,
-    /// Whether it is held, whatever else it is doing.
+    /// Whether it is paused.
     pub(crate) paused: bool,
     /// Whether its end was requested.
     pub(crate) stopping: bool,

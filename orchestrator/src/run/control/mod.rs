@@ -37,7 +37,7 @@ struct Shared {
     stopped: AtomicBool,
     /// Whether the end was requested as an emergency.
     emergency: AtomicBool,
-    /// Ends a step that waits for a process; there is none before the processes are there.
+    /// Ends a step that waits for a process; `None` before the processes have started.
     interrupt: OnceLock<Interrupt>,
     step: AtomicU64,
     turn: Mutex<Turn>,
@@ -192,7 +192,7 @@ impl Stop {
     /// Waits until the next step may run; returns whether it had to wait. Also returns when the end is requested.
     pub(crate) fn await_turn(&self, step: u64) -> bool {
         self.shared.step.store(step, Ordering::Relaxed);
-        // The only cost of all this to a run that nobody holds.
+        // The only cost of pausing to a run that is not paused.
         self.shared.attention.load(Ordering::Relaxed) && self.take_turn()
     }
 
@@ -218,7 +218,7 @@ impl Stop {
         waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// Asks for a swap before the next step; `reply` gets its result, from whatever thread. A run whose end was requested
+    /// Asks for a swap before the next step; `reply` gets its result, from any thread. A run whose end was requested
     /// carries none out.
     pub(crate) fn swap(&self, swap: Swap, reply: impl FnOnce(Result<u64, String>) + Send + 'static) {
         let request = SwapRequest { swap, reply: Some(Box::new(reply)), shared: None };

@@ -123,9 +123,9 @@ struct Hall {
     /// The number of the next client.
     next: u64,
     done: Sender<(u64, Answer)>,
-    /// What became of swaps, with the numbers of the clients who asked.
+    /// What became of swaps, with the numbers of the clients that asked.
     results: Receiver<(u64, Answer)>,
-    /// Until when nobody is let in, since there are no file descriptors.
+    /// Until when no client is accepted, since there are no file descriptors.
     closed_until: Option<Instant>,
 }
 
@@ -168,16 +168,16 @@ impl Hall {
         Ready { bell, newcomers, clients: happened.collect() }
     }
 
-    /// Serves the clients from whom something came, or who have room for more of their answers.
+    /// Serves the clients that have sent something, or that can take more of their answers.
     fn attend(&mut self, ready: &[bool]) {
         let mut ready = ready.iter().copied();
         let (desk, done) = (&self.desk, &self.done);
         self.clients.retain_mut(|client| ready.next() != Some(true) || proceed(client, desk, done));
     }
 
-    /// Lets in all who wait at the door.
+    /// Accepts all clients that wait.
     fn let_in(&mut self) {
-        // As many as there is room for; after that, those who are in are looked after first.
+        // As many as there is room for; then the connected clients come first.
         for _ in 0..MOST_CLIENTS {
             match self.listener.accept() {
                 Ok((stream, _)) => {
@@ -212,7 +212,7 @@ impl Hall {
         true
     }
 
-    /// Closes the connections of those who take too long, and answers those who wait for a program that does.
+    /// Closes the connections of clients that take too long, and answers those whose swap waits for a program that does.
     fn send_away(&mut self) {
         let now = Instant::now();
         let late = || Answer::Error { error: TOO_LONG.into() };

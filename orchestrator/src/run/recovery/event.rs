@@ -2,7 +2,7 @@
 
 use lockstep::Period;
 
-use crate::log::{Cdr, ExtraChannel, Lasting, LogError, Recorder, own_type};
+use recording::{Cdr, Durability, ExtraChannel, LogError, Recorder, own_type};
 
 /// Where events are in the log; the channel is there only if anything has happened.
 const TOPIC: &str = "/phalanx/events";
@@ -42,7 +42,7 @@ impl Events {
                 TOPIC,
                 &own_type("Event", DEFINITION),
                 DEFINITION,
-                Lasting::TransientLocal,
+                Durability::TransientLocal,
             )?),
         };
         for (participant, text) in self.pending.drain(..) {

@@ -12,12 +12,12 @@ use std::time::Instant;
 use formation::scenario::{FailurePolicy, OnFailure};
 use processes::{Comeback, RunError};
 
-use crate::log::{LogError, PLAYER, Recorder};
 use crate::run::engine::Engine;
 use crate::run::observer::{Flow, Observer, StepView};
 use crate::run::players::Player;
 use crate::run::swap::Swap;
 use event::Events;
+use recording::{LogError, PLAYER, Recorder};
 use tail::{Past, Tail};
 
 /// Why a participant keeps its program.
@@ -68,10 +68,10 @@ impl Recovery {
         Self { policy, log, tail: Tail::new(), tenures, events: Events::default(), players, told }
     }
 
-    /// Puts others in the place of those who have failed, as their policies say.
+    /// Replaces participants that have failed, as their policies say.
     ///
     /// # Errors
-    /// The error that ends the run: `error` itself if a policy says so, or why nobody could take a place.
+    /// The error that ends the run: `error` itself if a policy says so, or why a participant could not be replaced.
     pub(crate) fn mend(&mut self, engine: &mut Engine, recorder: &Recorder, error: RunError) -> Result<(), RunError> {
         let mut error = error;
         loop {

@@ -7,7 +7,7 @@ use std::path::Path;
 use lockstep::{ChannelId, Header, Network, Store};
 use processes::History;
 
-use crate::log::{Recorder, UNSETTLED, play_log};
+use recording::{Recorder, UNSETTLED, play_log};
 
 /// Steps that are kept.
 const KEPT: u64 = 2 * UNSETTLED;

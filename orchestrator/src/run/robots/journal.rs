@@ -3,8 +3,8 @@
 
 use lockstep::{ChannelId, Field, Header, Layout, Network, Status};
 
-use crate::log::{ENCAPSULATION, ExtraChannel, Lasting, LogError, Recorder, own_type};
 use crate::run::observer::{Flow, Observer, StepView};
+use recording::{Durability, ENCAPSULATION, ExtraChannel, LogError, Recorder, own_type};
 
 /// Where the times of the steps are.
 const TOPIC: &str = "/phalanx/pace";
@@ -44,7 +44,7 @@ impl Journal {
         let fields = names.map(|(name, unit)| Field::scalar(name, unit));
         let layout = Layout::new(fields);
         let text = layout.ros2msg();
-        let pace = recorder.add_channel(TOPIC, &own_type("Pace", &text), &text, Lasting::Volatile)?;
+        let pace = recorder.add_channel(TOPIC, &own_type("Pace", &text), &text, Durability::Volatile)?;
         let health = format!("/{}", hardware::health::CHANNEL);
         let channels = network.channels.iter().enumerate().filter(|(_, channel)| channel.topic.ends_with(&health));
         let robots = channels.map(|(index, channel)| Robot {

@@ -132,7 +132,7 @@ impl Robots {
     }
 }
 
-/// Whether everything that the swaps ask for can be had.
+/// Whether everything that the swaps need is available.
 ///
 /// # Errors
 /// [`Failure::Usage`].

@@ -1,4 +1,4 @@
-//! Who is on the scene: agents, where their coordinates stand, and the links between them.
+//! The agents of a scene, the signals that hold their coordinates, and the links between them.
 
 use std::collections::BTreeMap;
 
@@ -122,9 +122,9 @@ impl Actor {
 /// A link of the communication graph. Agents by their place among the actors.
 #[derive(Clone, Debug)]
 pub(super) struct Link {
-    /// Who publishes.
+    /// The sender.
     pub(super) from: usize,
-    /// Who receives.
+    /// The receiver.
     pub(super) to: usize,
     /// Whether it is in the graph of the scenario, and not there only while the agents are close.
     pub(super) fixed: bool,
@@ -153,7 +153,7 @@ pub(super) fn links(assembly: &Assembly, actors: &[Actor]) -> Vec<Link> {
     // Weights are listed by the place of an agent in the scenario.
     let places: BTreeMap<u32, usize> = agents.iter().map(|agent| agent.number).zip(0..).collect();
     let by_place: BTreeMap<usize, usize> =
-        actors.iter().enumerate().map(|(actor, who)| (places[&who.number], actor)).collect();
+        actors.iter().enumerate().map(|(actor, agent)| (places[&agent.number], actor)).collect();
     let mut links = Vec::new();
     for (to, receiver) in actors.iter().enumerate() {
         let row = places[&receiver.number];

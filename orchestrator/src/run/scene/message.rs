@@ -1,6 +1,6 @@
 //! The messages of a scene, as bytes.
 
-use crate::log::Cdr;
+use recording::Cdr;
 
 /// The frame in which everything lies.
 pub(super) const WORLD: &str = "world";
@@ -51,7 +51,7 @@ pub(super) enum Figure {
     LineStrip = 4,
     /// A line between each pair of points.
     LineList = 5,
-    /// Faces whoever looks at it.
+    /// The text faces the viewer.
     Text = 9,
 }
 

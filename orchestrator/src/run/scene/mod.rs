@@ -25,15 +25,15 @@ use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
-use crate::log::definitions::{self, Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
-use crate::log::{Cdr, ExtraChannel, Lasting, LogError, Recorder};
 use cast::{Actor, Link, actors, links};
 use message::{Level, journal, poses, transforms};
 use moving::{Links, Trails};
+use recording::definitions::{self, Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
+use recording::{Cdr, Durability, ExtraChannel, LogError, Recorder};
 
 /// Simulated time between two frames of what moves, ns, if steps are not longer.
 const FRAME_NS: u64 = 20_000_000;
-/// Simulated time after which what never changes is said again, for who starts to look in the middle, ns.
+/// Simulated time after which constant markers are repeated, for viewers that start in the middle of a log, ns.
 const REMINDER_NS: u64 = 10_000_000_000;
 /// What a line of the journal is from, if it is not from a participant.
 const PROGRAM: &str = "phalanx";
@@ -88,8 +88,8 @@ impl Scene {
         let trails = Trails::new(actors.len(), frames);
         let obstacles = context.obstacles.clone().filter(|obstacles| !obstacles.radii.is_empty());
         let mut add = |topic: &str, definitions: &[Definition]| {
-            let lasting = if topic == "/tf" { Lasting::Volatile } else { Lasting::TransientLocal };
-            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions), lasting)
+            let durability = if topic == "/tf" { Durability::Volatile } else { Durability::TransientLocal };
+            recorder.add_channel(topic, definitions[0].0, &definitions::text(definitions), durability)
         };
         let topics = Topics {
             transforms: add("/tf", TRANSFORMS)?,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::cast::{Actor, Link};
 use super::message::{Figure, Marker, marker, markers};
-use crate::log::Cdr;
+use recording::Cdr;
 
 /// Width of a link, m.
 const LINK_WIDTH: f64 = 0.015;
@@ -22,9 +22,9 @@ const TRAIL_POINTS: usize = 41;
 /// A link that has come or gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Change {
-    /// Who publishes.
+    /// The sender.
     pub(super) from: usize,
-    /// Who receives.
+    /// The receiver.
     pub(super) to: usize,
     /// Whether it exists now.
     pub(super) exists: bool,

@@ -4,7 +4,7 @@ use formation::scenario::Obstacles;
 
 use super::cast::Actor;
 use super::message::{Figure, Marker, Pose, marker, markers};
-use crate::log::Cdr;
+use recording::Cdr;
 
 /// Corners of a circle.
 const CORNERS: usize = 48;

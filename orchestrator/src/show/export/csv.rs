@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Table;
 use crate::files::OutFile;
-use crate::log::Log;
+use recording::Log;
 
 /// The names of all columns: t, step, then `position[0]` and so on.
 pub(super) fn names(table: &Table) -> Vec<String> {

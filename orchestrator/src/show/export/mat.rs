@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Table;
 use crate::files::OutFile;
-use crate::log::Log;
+use recording::Log;
 
 /// Types of the data that an element holds.
 const INT8: u32 = 1;

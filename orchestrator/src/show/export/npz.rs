@@ -6,7 +6,7 @@ use std::path::Path;
 use super::zip::Archive;
 use super::{Column, Table};
 use crate::files::OutFile;
-use crate::log::Log;
+use recording::Log;
 
 /// Writes `t`, `step` and one array per field, a row for every `every`-th sample.
 pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) -> io::Result<()> {

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::thrift::{Struct, Value};
 use super::{Table, names};
 use crate::files::OutFile;
-use crate::log::Log;
+use recording::Log;
 
 const MAGIC: &[u8] = b"PAR1";
 /// Rows of a group; readers take in one group at a time.

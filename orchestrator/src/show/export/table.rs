@@ -1,7 +1,7 @@
 //! The columns of a topic.
 
-use crate::log::{Log, LogChannel, Series};
 use crate::show::view::Signal;
+use recording::{Log, LogChannel, Series};
 
 /// A field of a topic with its values.
 pub(crate) struct Column<'a> {

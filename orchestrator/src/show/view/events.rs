@@ -2,7 +2,7 @@
 
 use super::panel::{Curve, Kind, Panel, View};
 use super::{Grid, Subject};
-use crate::log::Series;
+use recording::Series;
 
 /// A link of the communication graph: `to` receives what `from` publishes. Agents by their place in the list.
 #[derive(Clone, Debug, PartialEq)]

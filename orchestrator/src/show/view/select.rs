@@ -3,7 +3,7 @@
 use formation::config::nearest;
 
 use crate::failure::Failure;
-use crate::log::{Log, LogChannel};
+use recording::{Log, LogChannel};
 
 /// A field of a topic.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use formation::config::Node;
 
 use super::panel::{Curve, Kind, Limit, Panel, View};
 use super::{Grid, Subject};
-use crate::log::Series;
+use recording::Series;
 
 /// A round obstacle at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]

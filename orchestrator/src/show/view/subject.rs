@@ -10,9 +10,9 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
 use crate::judge::verdict::Verdict;
-use crate::log::{Log, Series};
 use crate::recorded::scenario_of;
 use crate::run::players::Player;
+use recording::{Log, Series};
 
 /// A recorded run with its scenario, as far as there is one.
 pub struct Subject {

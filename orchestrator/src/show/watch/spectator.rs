@@ -11,8 +11,8 @@ use processes::{LookError, Onlooker, RunDirectory};
 
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::log::Log;
 use crate::show::view::{Grid, Subject, panels};
+use recording::Log;
 
 /// Steps that are remembered, if a step has few numbers.
 const MOST_STEPS: usize = 3000;

@@ -2,7 +2,7 @@
 
 use lockstep::{ChannelId, Network};
 
-use crate::log::ulps;
+use recording::ulps;
 
 /// The first number that differs.
 #[derive(Clone, Debug, PartialEq)]

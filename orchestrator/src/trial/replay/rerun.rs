@@ -9,13 +9,13 @@ use processes::RunError;
 use super::Departures;
 use super::duet::{Duet, Setup};
 use crate::failure::Failure;
-use crate::log::{LogPlace, Recorder, Summary};
 use crate::recorded::Tape;
 use crate::run::control::{Pace, Stop, TooLate};
 use crate::run::engine::warn_of_leftovers;
 use crate::run::players::Player;
 use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};
+use recording::{LogPlace, Recorder, Summary};
 
 /// What came of it.
 #[derive(Debug)]

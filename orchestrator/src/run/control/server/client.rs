@@ -90,7 +90,7 @@ impl Client {
     }
 }
 
-/// Reads once, so that nobody keeps the server by sending without an end.
+/// Reads once, so that a client that sends without an end does not block the server.
 fn read(stream: &mut UnixStream, line: &mut Vec<u8>) -> io::Result<Step> {
     let mut bytes = [0; LONGEST_LINE];
     let count = stream.read(&mut bytes[..LONGEST_LINE - line.len()])?;

@@ -6,7 +6,7 @@ use super::catalog::{Across, Quantity};
 use crate::catalog::Catalog;
 use crate::judge::assertions::history;
 use crate::judge::metrics::{Run, norm_between};
-use crate::log::Log;
+use recording::Log;
 
 /// What a plot shows of a run of `variant`: the place of an agent, from 0, and its values at all samples; a single one, at place 0,
 /// for what all agents are together.

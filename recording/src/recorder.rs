@@ -13,21 +13,21 @@ use std::time::Duration;
 use lockstep::{ChannelId, Header, Network, Period, Store};
 
 use super::place::LogPlace;
-use super::ros::{BAG, Lasting, channel_metadata};
+use super::ros::{BAG, Durability, channel_metadata};
 use super::schema::Schemas;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
 use super::target::{LogFile, Target};
 use super::{LogError, METADATA, SCENARIO};
 
-/// Steps after which a log is flushed if nobody says otherwise: more often costs time, less often costs a killed run data.
+/// Default number of steps after which a log is flushed. A smaller number costs time; with a larger one, a killed run loses more.
 pub const DEFAULT_FLUSH_EVERY: u64 = 100;
 /// Payload after which a chunk is closed at the end of its step, bytes.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// What was recorded reaches the file after twice this time at the latest, whatever the run does meanwhile.
+/// A recorded sample reaches the file after twice this time at the latest, also while a step hangs.
 const TICK: Duration = Duration::from_millis(25);
 /// Steps that a settled log may lack: those of the open chunk.
-pub(crate) const UNSETTLED: u64 = DEFAULT_FLUSH_EVERY;
+pub const UNSETTLED: u64 = DEFAULT_FLUSH_EVERY;
 
 /// What a log says about its run besides the samples.
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +139,7 @@ impl Recorder {
             if new {
                 sink.schema(schema_record(schema, &name, &channel.layout.ros2msg())).map_err(refused)?;
             }
-            let metadata = channel_metadata(schemas.hash(&name), Lasting::Volatile);
+            let metadata = channel_metadata(schemas.hash(&name), Durability::Volatile);
             sink.channel(channel_record(id, schema, &channel.topic, metadata)).map_err(refused)?;
         }
         let open = Arc::new(Open { sink: Mutex::new(Some(sink)), closed: Condvar::new() });
@@ -187,7 +187,7 @@ impl Recorder {
     }
 
     /// Adds a channel of prepared CDR messages to the log, of the type `schema_name` that `schema_text` (ros2msg) defines;
-    /// `lasting` says of how much use its messages are to a reader that comes late.
+    /// `durability` says whether a late reader needs its messages.
     ///
     /// # Errors
     /// [`LogError::SchemaConflict`] if the type name has another text already, [`LogError::TooManyChannels`],
@@ -197,7 +197,7 @@ impl Recorder {
         topic: &str,
         schema_name: &str,
         schema_text: &str,
-        lasting: Lasting,
+        durability: Durability,
     ) -> Result<ExtraChannel, LogError> {
         let mut open = self.open.lock();
         let sink = checked(&mut open, &self.path)?;
@@ -208,7 +208,7 @@ impl Recorder {
             let definition = schema_record(schema, schema_name, schema_text);
             sink.schema(definition).map_err(|refusal| refused(&self.path, refusal))?;
         }
-        let metadata = channel_metadata(self.schemas.hash(schema_name), lasting);
+        let metadata = channel_metadata(self.schemas.hash(schema_name), durability);
         sink.channel(channel_record(id, schema, topic, metadata)).map_err(|refusal| refused(&self.path, refusal))?;
         Ok(ExtraChannel(id))
     }
@@ -233,7 +233,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`LogError::Write`] if writing failed since the last call.
-    pub(crate) fn show(&mut self) -> Result<(), LogError> {
+    pub fn show(&mut self) -> Result<(), LogError> {
         let mut open = self.open.lock();
         let sink = checked(&mut open, &self.path)?;
         sink.show().map_err(|refusal| refused(&self.path, refusal))
@@ -243,7 +243,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`LogError::Write`] if writing failed since the last call.
-    pub(crate) fn settle(&self) -> Result<(), LogError> {
+    pub fn settle(&self) -> Result<(), LogError> {
         let open = self.open.lock();
         let sink = open.as_ref().ok_or_else(|| closed(&self.path))?;
         sink.drain().map_err(|source| LogError::Write { path: self.path.clone(), source })
@@ -289,7 +289,7 @@ impl fmt::Debug for Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // Nobody is left to hear of an error; whoever cares calls `finish`.
+        // A caller that needs the error calls `finish`.
         let _ = self.close();
     }
 }

@@ -67,7 +67,7 @@ impl Schemas {
 
 /// The name of a type of this program: what it is, and eight digits of the digest of its definition. One name has one
 /// definition in all logs of all versions, so that a reader of several logs cannot confuse two.
-pub(crate) fn own_type(what: &str, text: &str) -> String {
+pub fn own_type(what: &str, text: &str) -> String {
     format!("{PACKAGE}{what}{}", &hex(text.as_bytes())[..8])
 }
 
@@ -84,7 +84,7 @@ fn type_name(topic: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("Sample{name}") }
 }
 
-/// The layout whose definition is `text`; `None` if there is none that gives exactly this text.
+/// The layout whose definition is `text`; `None` if no layout gives exactly this text.
 pub(super) fn layout_of(text: &[u8]) -> Option<Layout> {
     let text = std::str::from_utf8(text).ok()?;
     let mut fields: Vec<Field> = Vec::new();

@@ -1,10 +1,10 @@
-//! Files that are cut, damaged, or somebody else's, and disks that are full.
+//! Files that are cut, damaged, or of another program, and disks that are full.
 
 use std::io::{self, Write};
 
 use super::*;
-use crate::log::sink::{ChannelRecord, SchemaRecord, Sink};
-use crate::log::target::Plain;
+use crate::sink::{ChannelRecord, SchemaRecord, Sink};
+use crate::target::Plain;
 
 /// The same numbers in every run of the test.
 struct Random(u64);
@@ -257,7 +257,7 @@ fn a_full_disk_is_an_error_with_the_name_of_the_file() {
     let mut recorder = Recorder::on(Disk(20_000), Path::new("run.mcap"), &run.info()).unwrap();
     let error = run.drive(&mut recorder, 0..u64::MAX).unwrap_err().to_string();
     assert!(error.contains("cannot write log run.mcap: no storage space"), "{error}");
-    assert!(matches!(recorder.add_channel("/x", "x/msg/X", "", Lasting::Volatile), Err(LogError::Write { .. })));
+    assert!(matches!(recorder.add_channel("/x", "x/msg/X", "", Durability::Volatile), Err(LogError::Write { .. })));
     assert!(matches!(recorder.finish(), Err(LogError::Write { .. })));
     // Full at the very end.
     let run = Run { flush_every: 1 << 40, ..run };

@@ -1,10 +1,10 @@
 //! Definitions of the ROS 2 messages that viewers draw by themselves, each with all that it is made of.
 
 /// A message type: its name, and what it looks like.
-pub(crate) type Definition = (&'static str, &'static str);
+pub type Definition = (&'static str, &'static str);
 
 /// Frames and how they lie in each other.
-pub(crate) const TRANSFORMS: &[Definition] = &[
+pub const TRANSFORMS: &[Definition] = &[
     ("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
     (
         "geometry_msgs/TransformStamped",
@@ -18,7 +18,7 @@ pub(crate) const TRANSFORMS: &[Definition] = &[
 ];
 
 /// Poses in one frame.
-pub(crate) const POSES: &[Definition] = &[
+pub const POSES: &[Definition] = &[
     ("geometry_msgs/msg/PoseArray", "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n"),
     POSE,
     POINT,
@@ -28,7 +28,7 @@ pub(crate) const POSES: &[Definition] = &[
 ];
 
 /// Things to draw.
-pub(crate) const MARKERS: &[Definition] = &[
+pub const MARKERS: &[Definition] = &[
     ("visualization_msgs/msg/MarkerArray", "visualization_msgs/Marker[] markers\n"),
     ("visualization_msgs/Marker", MARKER),
     ("visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"),
@@ -45,7 +45,7 @@ pub(crate) const MARKERS: &[Definition] = &[
 ];
 
 /// A line of a journal.
-pub(crate) const JOURNAL: &[Definition] = &[("rcl_interfaces/msg/Log", LOG), TIME];
+pub const JOURNAL: &[Definition] = &[("rcl_interfaces/msg/Log", LOG), TIME];
 
 const HEADER: Definition = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n");
 const TIME: Definition = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
@@ -108,7 +108,7 @@ uint32 line
 ";
 
 /// The text of a schema: the first type, then all others behind separators.
-pub(crate) fn text(definitions: &[Definition]) -> String {
+pub fn text(definitions: &[Definition]) -> String {
     let mut text = definitions[0].1.to_string();
     for (name, definition) in &definitions[1..] {
         text += &format!("{}\nMSG: {name}\n{definition}", "=".repeat(80));

@@ -1,7 +1,7 @@
 //! Compression on several threads, writing in order.
 //!
 //! Chunks stand for themselves, so they may be compressed at the same time; each thread waits with its chunk until it is its
-//! turn to write. So the bytes of the file depend neither on the number of threads nor on who is quick.
+//! turn to write. So the bytes of the file depend neither on the number of threads nor on their speed.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
@@ -153,16 +153,16 @@ impl<W> Drop for Pipeline<W> {
 }
 
 impl<W> Shared<W> {
-    /// Whoever waits is told, too.
+    /// Also wakes the threads that wait.
     fn fail(&self, error: io::Error) {
         let _ = self.failure.set(Arc::new(error));
-        // With the lock, so that nobody is between a look at the failure and its sleep.
+        // Under the lock, so that no thread is between its check of the failure and its sleep.
         drop(lock(&self.state));
         self.progress.notify_all();
     }
 }
 
-/// Tells everybody if its thread panics: who waits for that thread's turn would wait for ever.
+/// Reports a panic of its thread: the thread that waits for its turn would wait for ever.
 struct Watch<'a, W>(&'a Shared<W>);
 
 impl<W> Drop for Watch<'_, W> {

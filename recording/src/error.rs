@@ -15,7 +15,7 @@ pub enum LogError {
         source: Arc<io::Error>,
     },
     /// Another process writes a log there.
-    #[error("cannot write log {}: {writer} is writing it; wait for its end, or name another file with --out", .path.display())]
+    #[error("cannot write log {}: {writer} is writing it; wait for its end, or name another file", .path.display())]
     Busy {
         /// The log.
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! What has been seen of a run that is going on, in the form of a log, so that whatever shows logs shows it too.
+//! The samples that a monitor has received of a running simulation, as a [`Log`], so that it is shown by the code that shows logs.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

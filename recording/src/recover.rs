@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use filesystem::is_same_file;
+
 use super::LogError;
-use super::place::{LogPlace, is_same_file};
+use super::place::LogPlace;
 use super::record::Record;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
 use super::target::LogFile;

@@ -204,7 +204,7 @@ impl PartialEq for Numbers {
 
 #[cfg(test)]
 mod tests {
-    use processes::HeldDirectory;
+    use filesystem::HeldDirectory;
 
     use super::*;
 

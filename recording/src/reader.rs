@@ -432,7 +432,7 @@ impl Log {
     }
 }
 
-/// Header and words of a sample of `bytes` bytes; `None` if it is none.
+/// Header and words of a sample of `bytes` bytes; `None` if it is not a sample.
 pub(super) fn sample(data: &[u8], bytes: usize) -> Option<(Header, &[[u8; 8]])> {
     let body = data.strip_prefix(&ENCAPSULATION)?;
     let (words, _) = body.get(HEADER_BYTES..)?.as_chunks();

@@ -1,4 +1,4 @@
-//! A walk through an MCAP file, record by record, whatever state the file is in.
+//! A walk through an MCAP file, record by record, also of a damaged or unfinished file.
 //!
 //! A reader of its own, because a log may be cut or hostile: every length is checked against what is there before memory is
 //! taken for it, and nothing is copied out of a chunk.
@@ -33,7 +33,7 @@ const LIBRARY: &str = "phalanx ";
 pub(super) enum Ending {
     /// With the footer: the file was finished.
     Complete,
-    /// In the middle: whoever wrote it was killed. What stands before this place is whole.
+    /// In the middle of a record: its writer was killed. The records before this place are complete.
     Cut {
         /// Offset, bytes.
         at: u64,
@@ -218,7 +218,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads `length` bytes; false if there are fewer. Takes memory for what is there only, whatever `length` says.
+    /// Reads `length` bytes; false if there are fewer. Allocates for the bytes that exist only, so that a wrong `length` costs nothing.
     fn take(&mut self, length: u64, into: &mut Vec<u8>) -> Result<bool, LogError> {
         into.clear();
         let read = self.file.by_ref().take(length).read_to_end(into);
@@ -262,7 +262,7 @@ fn each(mut bytes: &[u8], mut visit: impl FnMut(u8, &[u8]) -> Result<(), LogErro
     Some(Ok(()))
 }
 
-/// Why the records of a chunk cannot be had.
+/// Why the records of a chunk cannot be read.
 #[derive(Debug, thiserror::Error)]
 enum Fault {
     #[error("{0}")]

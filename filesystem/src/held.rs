@@ -32,7 +32,7 @@ pub struct HeldDirectory {
 
 /// What stands under a name.
 #[derive(Debug)]
-pub(super) enum Found {
+pub enum Found {
     /// A directory of this user whose holder is dead; this process holds it from now on.
     Abandoned(HeldDirectory),
     /// A directory of this user that a process holds.
@@ -79,7 +79,7 @@ impl HeldDirectory {
     }
 
     /// What stands under a name; takes it if its holder is dead.
-    pub(super) fn find(path: &Path) -> Found {
+    pub fn find(path: &Path) -> Found {
         let Ok(lock) = open_own(path) else { return Found::Foreign };
         match lock.try_lock() {
             Ok(()) => {}
@@ -99,7 +99,7 @@ impl HeldDirectory {
     }
 
     /// Gives it another name in the same directory; `false` if that is taken.
-    pub(super) fn rename(&mut self, name: &str) -> io::Result<bool> {
+    pub fn rename(&mut self, name: &str) -> io::Result<bool> {
         let path = self.path.with_file_name(name);
         let here = rustix::fs::CWD;
         match rustix::fs::renameat_with(here, &self.path, here, &path, RenameFlags::NOREPLACE) {
@@ -143,7 +143,7 @@ impl Drop for HeldDirectory {
 ///
 /// # Errors
 /// That of the operating system; `PermissionDenied` if it is another user's or open to others.
-pub(super) fn open_own(path: &Path) -> io::Result<File> {
+pub fn open_own(path: &Path) -> io::Result<File> {
     let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::NONBLOCK;
     let directory = OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(path)?;
     let found = directory.metadata()?;
@@ -152,7 +152,7 @@ pub(super) fn open_own(path: &Path) -> io::Result<File> {
 }
 
 /// Whether a file is the one at `path`.
-pub(super) fn is_at(file: &File, path: &Path) -> bool {
+pub fn is_at(file: &File, path: &Path) -> bool {
     let identity = |found: fs::Metadata| (found.dev(), found.ino());
     match (file.metadata(), fs::symlink_metadata(path)) {
         (Ok(file), Ok(there)) => identity(file) == identity(there),

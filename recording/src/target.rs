@@ -161,7 +161,7 @@ impl<W: Write + Send> Target for Plain<W> {
 mod tests {
     use std::fs;
 
-    use processes::HeldDirectory;
+    use filesystem::HeldDirectory;
 
     use super::*;
 

@@ -2,25 +2,33 @@
 
 use super::ENCAPSULATION;
 
-/// A message while it is written. Used again and again, so that a frame allocates nothing once the run is warm.
+/// A message while it is written. It is used for one message after the other, so that a warm run allocates nothing.
+///
+/// ```
+/// let mut message = recording::Cdr::new();
+/// message.stamp(1_500_000_000).text("agent_1").f64s(&[1.0, 2.0]);
+/// // Encapsulation; two numbers and the length of the text, 4 bytes each; the text with its zero; padding; two float64.
+/// assert_eq!(message.bytes().len(), 4 + 3 * 4 + 8 + 4 + 16);
+/// ```
 #[derive(Debug)]
-pub(crate) struct Cdr {
+pub struct Cdr {
     bytes: Vec<u8>,
 }
 
 impl Cdr {
-    pub(crate) fn new() -> Self {
+    /// An empty message: its encapsulation.
+    pub fn new() -> Self {
         Self { bytes: ENCAPSULATION.into() }
     }
 
     /// Starts the next message.
-    pub(crate) fn restart(&mut self) -> &mut Self {
+    pub fn restart(&mut self) -> &mut Self {
         self.bytes.truncate(ENCAPSULATION.len());
         self
     }
 
     /// The message so far, with its encapsulation.
-    pub(crate) fn bytes(&self) -> &[u8] {
+    pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
@@ -30,41 +38,48 @@ impl Cdr {
         self.bytes.resize(ENCAPSULATION.len() + written.next_multiple_of(size), 0);
     }
 
-    pub(crate) fn u8(&mut self, value: u8) -> &mut Self {
+    /// A `uint8`.
+    pub fn u8(&mut self, value: u8) -> &mut Self {
         self.bytes.push(value);
         self
     }
 
-    pub(crate) fn bool(&mut self, value: bool) -> &mut Self {
+    /// A `bool`.
+    pub fn bool(&mut self, value: bool) -> &mut Self {
         self.u8(value.into())
     }
 
-    pub(crate) fn u64(&mut self, value: u64) -> &mut Self {
+    /// A `uint64`.
+    pub fn u64(&mut self, value: u64) -> &mut Self {
         self.align(8);
         self.bytes.extend_from_slice(&value.to_le_bytes());
         self
     }
 
     /// `builtin_interfaces/Time` of a simulated time, ns.
-    pub(crate) fn stamp(&mut self, time_ns: u64) -> &mut Self {
+    pub fn stamp(&mut self, time_ns: u64) -> &mut Self {
         self.i32((time_ns / 1_000_000_000) as i32).u32((time_ns % 1_000_000_000) as u32)
     }
 
-    pub(crate) fn u32(&mut self, value: u32) -> &mut Self {
+    /// A `uint32`.
+    pub fn u32(&mut self, value: u32) -> &mut Self {
         self.align(4);
         self.bytes.extend_from_slice(&value.to_le_bytes());
         self
     }
 
-    pub(crate) fn i32(&mut self, value: i32) -> &mut Self {
+    /// An `int32`.
+    pub fn i32(&mut self, value: i32) -> &mut Self {
         self.u32(value as u32)
     }
 
-    pub(crate) fn f32(&mut self, value: f32) -> &mut Self {
+    /// A `float32`.
+    pub fn f32(&mut self, value: f32) -> &mut Self {
         self.u32(value.to_bits())
     }
 
-    pub(crate) fn f64s(&mut self, values: &[f64]) -> &mut Self {
+    /// The elements of `float64` fields or of an array, without a length before them.
+    pub fn f64s(&mut self, values: &[f64]) -> &mut Self {
         for value in values {
             self.align(8);
             self.bytes.extend_from_slice(&value.to_le_bytes());
@@ -73,15 +88,21 @@ impl Cdr {
     }
 
     /// A text: its length with the closing zero, its bytes, the zero.
-    pub(crate) fn text(&mut self, value: &str) -> &mut Self {
+    pub fn text(&mut self, value: &str) -> &mut Self {
         self.length(value.len() + 1);
         self.bytes.extend_from_slice(value.as_bytes());
         self.u8(0)
     }
 
     /// The number of elements that follow.
-    pub(crate) fn length(&mut self, count: usize) -> &mut Self {
+    pub fn length(&mut self, count: usize) -> &mut Self {
         self.u32(count as u32)
+    }
+}
+
+impl Default for Cdr {
+    fn default() -> Self {
+        Self::new()
     }
 }
 

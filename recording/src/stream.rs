@@ -200,7 +200,7 @@ impl Reading {
         let result = walk(&path, |_, record| self.take(record));
         let result = result.and_then(|ending| self.finish(ending));
         if let Err(error) = result {
-            // Whoever has stopped listening needs no error.
+            // A receiver that has gone needs no error.
             let _ = self.sender.send(Err(error));
         }
     }
@@ -264,7 +264,7 @@ impl Reading {
             return Ok(());
         }
         let block = std::mem::take(&mut self.block);
-        // Ends the walk if nobody listens any more; nobody reads this error either.
+        // Ends the walk once the receiver has gone; no code reads this error.
         self.sender.send(Ok(block)).map_err(|_| LogError::Foreign { path: self.path.clone() })
     }
 

@@ -32,7 +32,7 @@ impl Log {
 ///
 /// # Errors
 /// What the operating system says.
-pub(crate) fn file_digest(path: &Path) -> io::Result<String> {
+pub fn file_digest(path: &Path) -> io::Result<String> {
     let mut file = File::open(path)?;
     let mut digest = Sha256::new();
     io::copy(&mut file, &mut digest)?;

@@ -16,7 +16,7 @@ use super::walk::walk;
 ///
 /// # Errors
 /// What `visit` returns, and that the log cannot be read.
-pub(crate) fn play_log(
+pub fn play_log(
     path: &Path,
     network: &Network,
     steps: Range<u64>,
@@ -40,7 +40,7 @@ pub(crate) fn play_log(
         place.zip(words).for_each(|(place, word)| *place = f64::from_le_bytes(*word));
         store.stamp(ChannelId(index), next, header);
         if index == last {
-            // Whoever reads has failed; the rest of the file is of no interest.
+            // The receiver has failed and needs no more samples.
             failure = visit(&store, next).err();
             next += 1;
         }

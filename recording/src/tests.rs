@@ -1,4 +1,6 @@
-//! A run of nobody, recorded and read back.
+//! A run of made-up samples, recorded and read back.
+
+#![allow(clippy::disallowed_types, clippy::disallowed_methods, reason = "tests measure time and make up numbers")]
 
 mod cdr;
 mod hostile;
@@ -189,12 +191,12 @@ fn prepared_messages_stand_among_the_samples() {
     let path = scratch.file("run.mcap");
     let run = Run::new(1, 1);
     let mut recorder = Recorder::create(&path, &run.info()).unwrap();
-    let extra = recorder.add_channel("/log", "std_msgs/msg/UInt8", "uint8 data\n", Lasting::Volatile).unwrap();
+    let extra = recorder.add_channel("/log", "std_msgs/msg/UInt8", "uint8 data\n", Durability::Volatile).unwrap();
     assert!(matches!(recorder.write(extra, 0, &[0, 1, 0, 0, 7]), Err(LogError::StepOrder { .. })));
     run.drive(&mut recorder, 0..30).unwrap();
     recorder.write(extra, 29, &[0, 1, 0, 0, 7]).unwrap();
-    let late = recorder.add_channel("/late", "std_msgs/msg/UInt8", "uint8 data\n", Lasting::Volatile).unwrap();
-    let conflict = recorder.add_channel("/other", "std_msgs/msg/UInt8", "uint16 data\n", Lasting::Volatile);
+    let late = recorder.add_channel("/late", "std_msgs/msg/UInt8", "uint8 data\n", Durability::Volatile).unwrap();
+    let conflict = recorder.add_channel("/other", "std_msgs/msg/UInt8", "uint16 data\n", Durability::Volatile);
     assert!(matches!(conflict, Err(LogError::SchemaConflict { .. })));
     recorder.write(late, 29, &[0, 1, 0, 0, 8]).unwrap();
     run.drive(&mut recorder, 30..40).unwrap();

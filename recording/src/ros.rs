@@ -10,14 +10,14 @@ use super::digest::hex;
 
 /// How long a message of a channel is of use to a reader that comes late.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lasting {
+pub enum Durability {
     /// Not at all: the next one replaces it. `/tf`, samples.
     Volatile,
     /// Until the next one, however long that takes: a late reader gets it. Bodies, obstacles, the journal.
     TransientLocal,
 }
 
-impl Lasting {
+impl Durability {
     /// The quality of service of a reliable publisher, as `rosbag2` writes it into the channels of a file.
     ///
     /// The policies are numbers, which every version reads from a file with a metadata record [`BAG`].
@@ -39,8 +39,8 @@ impl Lasting {
 pub(super) const BAG: &str = "rosbag2";
 
 /// What the profile `ros2` of MCAP asks of the metadata of a channel whose type has this hash.
-pub(super) fn channel_metadata(hash: Option<&str>, lasting: Lasting) -> BTreeMap<String, String> {
-    let mut metadata = BTreeMap::from([("offered_qos_profiles".to_string(), lasting.profile())]);
+pub(super) fn channel_metadata(hash: Option<&str>, durability: Durability) -> BTreeMap<String, String> {
+    let mut metadata = BTreeMap::from([("offered_qos_profiles".to_string(), durability.profile())]);
     metadata.extend(hash.map(|hash| ("topic_type_hash".to_string(), hash.to_string())));
     metadata
 }
@@ -93,7 +93,7 @@ fn full_name(name: &str) -> String {
     }
 }
 
-/// The fields of one definition; constants and comments are none.
+/// The fields of one definition, without constants and comments.
 fn fields(text: &str) -> Option<Vec<Field>> {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim());
     let fields: Option<Vec<Field>> = lines

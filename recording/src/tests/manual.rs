@@ -11,7 +11,7 @@ fn write_a_log() {
     let path = std::env::var_os("PHALANX_LOG").expect("PHALANX_LOG names the file to write");
     let run = Run::new(3, 5);
     let mut recorder = Recorder::create(Path::new(&path), &run.info()).unwrap();
-    let extra = recorder.add_channel("/note", "std_msgs/msg/UInt8", "uint8 data\n", Lasting::Volatile).unwrap();
+    let extra = recorder.add_channel("/note", "std_msgs/msg/UInt8", "uint8 data\n", Durability::Volatile).unwrap();
     run.drive(&mut recorder, 0..500).unwrap();
     recorder.write(extra, 499, &[0, 1, 0, 0, 7]).unwrap();
     println!("{:?}", recorder.finish().unwrap());

@@ -4,27 +4,21 @@
 //! there until there is something to replace it with, and a reader sees either the old one or the new one. Both names are locked
 //! as long as the run goes on; the kernel removes the lock when the process ends, however that happens.
 
-use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read};
 use std::os::fd::AsFd;
-use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
-use processes::lock_holder;
+use filesystem::{draft_name, follow, holder, is_same};
 use rustix::fs::{OFlags, RenameFlags};
 use rustix::io::Errno;
 
 use super::LogError;
 use super::record::MAGIC;
 
-/// Links that are followed to the file of a log; the kernel follows as many.
-const LINKS_MAX: usize = 40;
-/// Length of a file name to which a prefix and an ending can still be added, bytes.
-const NAME_MAX: usize = 230;
 /// Names that are tried for a log without a name of its own.
 const NAMES_MAX: u32 = 10_000;
 /// How often the temporary name is tried again after another run has given it up.
@@ -164,13 +158,8 @@ impl Drop for Claim {
     }
 }
 
-/// Whether two paths mean one file, by link or hard link, too; `false` if one of both is not there.
-pub fn is_same_file(one: &Path, other: &Path) -> bool {
-    matches!((fs::metadata(one), fs::metadata(other)), (Ok(one), Ok(other)) if is_same(&one, &other))
-}
-
 /// Whether a process is writing the log `path`.
-pub(crate) fn is_being_written(path: &Path) -> bool {
+pub fn is_being_written(path: &Path) -> bool {
     File::open(path).is_ok_and(|file| is_written_to(&file))
 }
 
@@ -185,38 +174,6 @@ pub(super) fn is_written_to(file: &File) -> bool {
         // A file system without locks.
         Err(TryLockError::Error(_)) => false,
     }
-}
-
-/// The path without links at its end; what it means does not have to be there.
-pub(crate) fn follow(path: &Path) -> io::Result<PathBuf> {
-    let mut path = path.to_path_buf();
-    for _ in 0..LINKS_MAX {
-        let Ok(next) = fs::read_link(&path) else { return Ok(path) };
-        let next = path.parent().unwrap_or(Path::new("")).join(next);
-        // Links of /proc lead to open files that may have no name.
-        if next.symlink_metadata().is_err() && path.metadata().is_ok() {
-            return Ok(path);
-        }
-        path = next;
-    }
-    Err(Errno::LOOP.into())
-}
-
-/// Where a log grows that replaces an earlier one at `path`; `None` if that names no file.
-pub(crate) fn draft_of(path: &Path) -> Option<PathBuf> {
-    let target = follow(path).ok()?;
-    Some(target.with_file_name(draft_name(target.file_name()?, "")))
-}
-
-/// `.uav.mcap.part` for `uav.mcap`, with a mark before its ending; a long name is shortened.
-pub(crate) fn draft_name(name: &OsStr, mark: &str) -> OsString {
-    let mut draft = OsString::from(".");
-    match name.len() <= NAME_MAX {
-        true => draft.push(name),
-        false => draft.push(format!("phalanx-{:08x}", crc32fast::hash(name.as_bytes()))),
-    }
-    draft.push(format!("{mark}.part"));
-    draft
 }
 
 /// Opens and locks the temporary file.
@@ -295,7 +252,7 @@ fn inspect(path: &Path, target: &Path) -> Result<(), LogError> {
 }
 
 /// Whether a file begins with the magic bytes of a log.
-pub(crate) fn starts_as_log(file: &mut impl Read) -> io::Result<bool> {
+pub fn starts_as_log(file: &mut impl Read) -> io::Result<bool> {
     let mut start = [0; MAGIC.len()];
     match file.read_exact(&mut start) {
         Ok(()) => Ok(start == MAGIC),
@@ -313,36 +270,17 @@ fn is_a_stream(found: &Metadata) -> bool {
     is_it(stdout.as_fd()) || is_it(stderr.as_fd())
 }
 
-fn is_same(one: &Metadata, other: &Metadata) -> bool {
-    (one.dev(), one.ino()) == (other.dev(), other.ino())
-}
-
 fn no_place(path: &Path, what: impl Into<String>) -> LogError {
     LogError::NoPlace { path: path.into(), what: what.into() }
 }
 
 fn busy(path: &Path, file: &File) -> LogError {
-    LogError::Busy { path: path.into(), writer: writer_of(file).unwrap_or_else(|| "another process".into()) }
-}
-
-/// Which process holds the lock of a file, in words: `process 4711 (phalanx run uav)`. `None` if the kernel does not tell, as in
-/// another process namespace.
-fn writer_of(file: &File) -> Option<String> {
-    let process = lock_holder(file)?;
-    let command = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
-    let words: Vec<_> = command.split(|&byte| byte == 0).filter(|word| !word.is_empty()).collect();
-    let mut words = words.into_iter().map(|word| String::from_utf8_lossy(word));
-    let program = words.next().map(|word| word.rsplit('/').next().unwrap_or_default().to_string());
-    let command: Vec<String> = program.into_iter().chain(words.map(|word| word.into_owned())).collect();
-    Some(match command.is_empty() {
-        true => format!("process {process}"),
-        false => format!("process {process} ({})", command.join(" ")),
-    })
+    LogError::Busy { path: path.into(), writer: holder(file) }
 }
 
 #[cfg(test)]
 mod tests {
-    use processes::HeldDirectory;
+    use filesystem::HeldDirectory;
 
     use super::*;
 
