@@ -9,12 +9,12 @@ mod damage;
 mod error;
 mod gauge;
 mod guardian;
-mod lookout;
 mod poll;
 mod ports;
 mod pump;
 mod replace;
 mod tempo;
+mod wait;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;

@@ -164,7 +164,7 @@ impl Worker {
     /// A service that cannot be opened. The conductor has been told.
     pub fn connect(self) -> Result<Link, Fault> {
         match self.open() {
-            Ok((hub, changes, seats, catch_up)) => Ok(Link::new(self, hub, changes, seats, catch_up)),
+            Ok((hub, replacements, seats, catch_up)) => Ok(Link::new(self, hub, replacements, seats, catch_up)),
             Err(reason) => Err(self.refuse(reason)),
         }
     }
@@ -177,11 +177,11 @@ impl Worker {
             page.use_events(Some(Events::join(&self.directory, plan, self.number).map_err(failed)?));
         }
         // Noted before the look at who serves as which worker, so that whoever is replaced later is noticed.
-        let changes = page.changes();
+        let replacements = page.replacements();
         let incarnation = self.orders.map_or(0, |orders| orders.incarnation);
         let seats = seat::take(plan, self.number, incarnation, &hub, page).map_err(failed)?;
         let catch_up = self.orders.map(|orders| CatchUp::open(self, orders, &hub, &seats)).transpose()?;
-        Ok((hub, changes, seats, catch_up))
+        Ok((hub, replacements, seats, catch_up))
     }
 
     /// Tells the conductor why this process cannot start; it should end after that. Returns the reason.

@@ -73,14 +73,14 @@ impl Conductor {
                 distinct.push(core);
             }
         }
-        let side = |core: &usize| distinct.iter().position(|other| other == core).unwrap_or(0);
-        let sides: Vec<usize> = cores.iter().map(side).collect();
+        let group = |core: &usize| distinct.iter().position(|other| other == core).unwrap_or(0);
+        let groups: Vec<usize> = cores.iter().map(group).collect();
         let places: Vec<_> = (0..count).map(|worker| self.plan.places(worker)).collect();
         let page = &self.crew.alarm.page;
-        page.take_sides(&places, &sides);
+        page.set_groups(&places, &groups);
         self.arrangement.cores = cores.to_vec();
         // How to wait is found anew.
-        page.pass_cores_on(0);
+        page.set_yield_limit(0);
         self.tempo = Tempo::new();
         self.arrangement.watch_from = (distinct.len() > 1).then(|| page.completed() + SETTLING);
         Ok(())
@@ -113,7 +113,7 @@ impl Conductor {
         let Alarm { page, rate, .. } = &*self.crew.alarm;
         if self.arrangement.watch_from.is_some_and(|from| page.completed() >= from) {
             self.arrangement.watch_from = None;
-            page.watch(rate.ticks(WATCH));
+            page.set_polling_limit(rate.ticks(WATCH));
         }
         let Some(Balancing { balance, .. }) = &mut self.arrangement.balance else { return };
         if let Some(count) = balance.observe(step, ticks::now()) {

@@ -46,8 +46,8 @@ impl Tempo {
 
     /// A number of steps is complete.
     pub(super) fn at(&mut self, steps: u64, page: &Page) {
-        if let Some(limit) = self.observe(steps, ticks::now(), page.passing_limit()) {
-            page.pass_cores_on(limit);
+        if let Some(limit) = self.observe(steps, ticks::now(), page.yield_limit()) {
+            page.set_yield_limit(limit);
         }
     }
 

@@ -17,7 +17,7 @@ use iceoryx2::prelude::{FileName, NodeBuilder, SemanticString, SignalHandlingMod
 use iceoryx2::service::ipc_threadsafe::Service;
 use iceoryx2::service::port_factory::event::PortFactory;
 
-use super::spot::Spot;
+use super::protocol::WaitPoint;
 use crate::service::{ServiceError, configuration, error};
 use crate::{RunDirectory, directory};
 use lockstep::Plan;
@@ -48,9 +48,9 @@ pub(crate) struct Events {
     loss: Option<Loss>,
 }
 
-/// Who wakes whom at a spot, in numbers of workers.
-struct Party {
-    spot: Spot,
+/// Which workers sleep at a point and which wake them, by number.
+struct Participants {
+    point: WaitPoint,
     listeners: Vec<usize>,
     notifiers: Vec<usize>,
 }
@@ -64,15 +64,15 @@ impl Events {
         check_path(run_directory, &plan.run)?;
         let node = join(run_directory, &plan.run, "conductor")?;
         let mut events = Self::empty();
-        for Party { spot, listeners, notifiers } in parties(plan) {
-            let what = || format!("create the event of {spot:?}");
+        for Participants { point, listeners, notifiers } in participants(plan) {
+            let what = || format!("create the event of {point:?}");
             // And the conductor.
             let ports = |workers: &[usize]| workers.len() * (replacements + 1) + 1;
             let (listening, notifying) = (ports(&listeners), ports(&notifiers));
             directory::require_room((listening + notifying) * PORT_BYTES + SERVICE_BYTES)
                 .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
             let service = node
-                .service_builder(&name(spot).as_str().try_into().map_err(error(what()))?)
+                .service_builder(&name(point).as_str().try_into().map_err(error(what()))?)
                 .event()
                 .max_listeners(listening)
                 .max_notifiers(notifying)
@@ -80,7 +80,7 @@ impl Events {
                 .event_id_max_value(0)
                 .create();
             let service = service.map_err(error(what()))?;
-            events.add(&service, spot, spot == Spot::Bell, true)?;
+            events.add(&service, point, point == WaitPoint::Bell, true)?;
         }
         Ok(events)
     }
@@ -92,17 +92,17 @@ impl Events {
     pub(crate) fn join(run_directory: &Path, plan: &Plan, worker: usize) -> Result<Self, ServiceError> {
         let node = join(run_directory, &plan.run, &plan.workers[worker].name)?;
         let mut events = Self::empty();
-        for Party { spot, listeners, notifiers } in parties(plan) {
+        for Participants { point, listeners, notifiers } in participants(plan) {
             let (listens, notifies) = (listeners.contains(&worker), notifiers.contains(&worker));
             if !listens && !notifies {
                 events.listeners.push(None);
                 events.notifiers.push(None);
                 continue;
             }
-            let what = || format!("open the event of {spot:?}");
-            let name = name(spot).as_str().try_into().map_err(error(what()))?;
+            let what = || format!("open the event of {point:?}");
+            let name = name(point).as_str().try_into().map_err(error(what()))?;
             let service = node.service_builder(&name).event().open().map_err(error(what()))?;
-            events.add(&service, spot, listens, notifies)?;
+            events.add(&service, point, listens, notifies)?;
         }
         Ok(events)
     }
@@ -114,11 +114,11 @@ impl Events {
     fn add(
         &mut self,
         service: &PortFactory<Service>,
-        spot: Spot,
+        point: WaitPoint,
         listens: bool,
         notifies: bool,
     ) -> Result<(), ServiceError> {
-        let what = |action: &str| format!("{action} the event of {spot:?}");
+        let what = |action: &str| format!("{action} the event of {point:?}");
         let listener = listens.then(|| service.listener_builder().create()).transpose();
         self.listeners.push(listener.map_err(error(what("listen to")))?);
         let notifier = notifies.then(|| service.notifier_builder().create()).transpose();
@@ -126,9 +126,9 @@ impl Events {
         Ok(())
     }
 
-    /// Waits until somebody notifies this spot, for at most `patience`, and forgets all notifications so far.
-    pub(super) fn wait(&self, spot: Spot, patience: Duration) {
-        let listener = port(&self.listeners, spot);
+    /// Waits until somebody notifies this point, for at most `patience`, and forgets all notifications so far.
+    pub(super) fn wait(&self, point: WaitPoint, patience: Duration) {
+        let listener = port(&self.listeners, point);
         let waited = listener.map(|listener| listener.timed_wait(|_| {}, patience));
         if !matches!(waited, Some(Ok(_))) {
             // Whoever cannot wait must not use up its core.
@@ -136,40 +136,41 @@ impl Events {
         }
     }
 
-    /// Wakes all who listen at a spot.
-    pub(super) fn notify(&self, spot: Spot) {
+    /// Wakes all who listen at a point.
+    pub(super) fn notify(&self, point: WaitPoint) {
         if self.loss.as_ref().is_some_and(Loss::is_due) {
             return;
         }
         // Whoever could not be notified looks up by itself.
-        let _ = port(&self.notifiers, spot).map(Notifier::notify);
+        let _ = port(&self.notifiers, point).map(Notifier::notify);
     }
 }
 
-fn port<P>(ports: &[Option<P>], spot: Spot) -> Option<&P> {
-    match spot {
-        Spot::Gate(phase) => ports.get(phase)?.as_ref(),
-        Spot::Bell => ports.last()?.as_ref(),
+fn port<P>(ports: &[Option<P>], point: WaitPoint) -> Option<&P> {
+    match point {
+        WaitPoint::Gate(phase) => ports.get(phase)?.as_ref(),
+        WaitPoint::Bell => ports.last()?.as_ref(),
     }
 }
 
 /// Everybody who takes part: at every gate, and last at the bell.
-fn parties(plan: &Plan) -> Vec<Party> {
+fn participants(plan: &Plan) -> Vec<Participants> {
     let phases = plan.phase_count();
-    let gate = |phase| Party {
-        spot: Spot::Gate(phase),
+    let gate = |phase| Participants {
+        point: WaitPoint::Gate(phase),
         listeners: plan.members(phase),
         // Whoever is last in a phase opens the next one, or the first one of the next step.
         notifiers: plan.members((phase + phases - 1) % phases),
     };
-    let bell = Party { spot: Spot::Bell, listeners: Vec::new(), notifiers: (0..plan.workers.len()).collect() };
+    let bell =
+        Participants { point: WaitPoint::Bell, listeners: Vec::new(), notifiers: (0..plan.workers.len()).collect() };
     (0..phases).map(gate).chain([bell]).collect()
 }
 
-fn name(spot: Spot) -> String {
-    match spot {
-        Spot::Bell => "wake/bell".into(),
-        Spot::Gate(phase) => format!("wake/gate.{phase}"),
+fn name(point: WaitPoint) -> String {
+    match point {
+        WaitPoint::Bell => "wake/bell".into(),
+        WaitPoint::Gate(phase) => format!("wake/gate.{phase}"),
     }
 }
 

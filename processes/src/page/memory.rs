@@ -4,101 +4,15 @@ use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
-use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::SeqCst};
+use std::sync::atomic::Ordering::SeqCst;
 
 use rustix::fs::{MemfdFlags, SealFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 
-use super::claim::Claim;
-use super::side::{SIDES, Share, Side};
-use super::tally::{Event, Tally};
+use super::counters::{Counters, Event};
+use super::layout::{Head, MAGIC, Phase, Slot, size};
 use super::wake::Waker;
-use lockstep::{MAX_MEMBERS, Plan};
-
-/// First word of a page: its kind and version.
-pub(super) const MAGIC: u64 = u64::from_le_bytes(*b"phalanx5");
-/// Bytes of a message in a slot.
-pub(super) const MESSAGE_BYTES: usize = 1000;
-
-#[repr(C, align(128))]
-pub(super) struct Head {
-    pub(super) magic: AtomicU64,
-    /// The [`Plan::fingerprint`] of the run.
-    pub(super) plan: AtomicU64,
-    /// Rung for the conductor; counts up, so that a change while it looks around is not lost.
-    pub(super) bell: AtomicU32,
-    /// How many workers are connected.
-    pub(super) ready: AtomicU32,
-    /// How many workers have filled their fault slot.
-    pub(super) faults: AtomicU32,
-    /// Where to look for changes; on a line of its own, because everybody reads it in every step.
-    pub(super) changes: Changes,
-    /// The pace of the run; on a line of its own, because every step writes here.
-    pub(super) pace: Pace,
-    /// The cores that the run is spread over.
-    pub(super) sides: [Side; SIDES],
-}
-
-/// What all look at in every step and few change.
-#[repr(C, align(128))]
-pub(super) struct Changes {
-    /// How often a worker was replaced.
-    pub(super) count: AtomicU32,
-    /// Ticks within which who hands its core on must get it back; 0: nobody hands it on.
-    pub(super) passing: AtomicU64,
-    /// Ticks for which a side may be watched; 0: the run has one side only.
-    pub(super) watching: AtomicU64,
-}
-
-/// How far the run is and how far it may go, in numbers of steps.
-#[repr(C, align(128))]
-pub(super) struct Pace {
-    /// Steps below this may run.
-    pub(super) limit: AtomicU64,
-    /// Who completes a step.
-    pub(super) finish: Claim,
-    /// Steps that are complete.
-    pub(super) completed: AtomicU64,
-    /// The conductor wants to be woken as soon as so many are complete.
-    pub(super) wake_at: AtomicU64,
-}
-
-#[repr(C, align(128))]
-pub(super) struct Phase {
-    /// Number of steps released, modulo 2^31, and [`STOP`].
-    pub(super) gate: AtomicU32,
-    /// Who opens the gate for a step.
-    pub(super) claim: Claim,
-    /// When the gate was opened last, in ticks; written before it opens.
-    pub(super) opened_at: AtomicU64,
-    /// How long the phase has lasted in all steps together, in ticks.
-    pub(super) lasted: AtomicU64,
-    /// The workers of each side.
-    pub(super) shares: [Share; SIDES],
-    /// Who has arrived, 64 workers to a word.
-    pub(super) masks: [AtomicU64; MAX_MEMBERS / 64],
-}
-
-#[repr(C, align(128))]
-pub(super) struct Slot {
-    /// 1 as soon as the worker is connected.
-    pub(super) ready: AtomicU32,
-    /// Number of the process that serves as this worker: 0 is the one that was started first.
-    pub(super) incarnation: AtomicU32,
-    /// The process that has taken the place; 0 as long as nobody has.
-    pub(super) process: AtomicU32,
-    /// 1 if the process is to leave its place to another one.
-    pub(super) dismissed: AtomicU32,
-    /// Which side it belongs to.
-    pub(super) side: AtomicU32,
-    /// A [`FaultKind`] as number, or 0.
-    pub(super) kind: AtomicU32,
-    pub(super) step: AtomicU64,
-    pub(super) node: AtomicU32,
-    pub(super) length: AtomicU32,
-    pub(super) tally: Tally,
-    pub(super) message: [AtomicU8; MESSAGE_BYTES],
-}
+use lockstep::Plan;
 
 /// Memory that this process shares with others; nothing of it is looked at but by atomics.
 struct Mapping {
@@ -118,79 +32,59 @@ impl Drop for Mapping {
     }
 }
 
-/// The mapped page.
-pub(crate) struct Page {
+/// The mapped page of a run.
+pub(crate) struct SharedMemory {
     mapping: Mapping,
     /// How many workers take part in each phase. Not read from the page, where a stray pointer may change it.
-    members: Box<[u32]>,
+    pub(super) members: Box<[u32]>,
     /// The [`Plan::fingerprint`] of the run.
-    pub(super) fingerprint: u64,
+    fingerprint: u64,
     pub(super) phases: usize,
     pub(super) workers: usize,
     /// Runs of every worker that are kept for a trace.
     pub(super) traced: usize,
-    /// Of this process.
+    /// How this process sleeps and wakes others.
     pub(super) waker: Waker,
     file: OwnedFd,
 }
 
-// Phases stand behind the head, slots behind the phases, events behind the slots, without a gap: each part must end where the
-// next one may begin. The kernel places a mapping at the start of a memory page, which is aligned for a head.
-const _: () = {
-    assert!(size_of::<Head>().is_multiple_of(align_of::<Phase>()));
-    assert!(size_of::<Phase>().is_multiple_of(align_of::<Slot>()));
-    assert!(size_of::<Head>().is_multiple_of(align_of::<Slot>()));
-    assert!(size_of::<Slot>().is_multiple_of(align_of::<Event>()));
-    assert!(size_of::<Head>().is_multiple_of(align_of::<Event>()));
-    assert!(size_of::<Phase>().is_multiple_of(align_of::<Event>()));
-    assert!(align_of::<Head>() <= 4096);
-};
-
-fn size(plan: &Plan) -> usize {
-    let (phases, workers) = (plan.phase_count(), plan.workers.len());
-    size_of::<Head>()
-        + phases * size_of::<Phase>()
-        + workers * (size_of::<Slot>() + plan.traced as usize * size_of::<Event>())
-}
-
-impl Page {
+impl SharedMemory {
     /// A new page for a run.
-    pub(crate) fn create(plan: &Plan) -> io::Result<Self> {
+    pub(super) fn create(plan: &Plan) -> io::Result<Self> {
         let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
         let file = rustix::fs::memfd_create("phalanx", flags)?;
         rustix::fs::ftruncate(&file, size(plan) as u64)?;
-        // A child that cut the file short would kill everybody who touches it.
+        // If a child cut the file short, every process that touches it would be killed.
         rustix::fs::fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
-        let page = Self::map(file, plan)?;
-        for phase in 0..page.phases {
-            let members = page.members(phase);
-            page.phase(phase).shares[0].members.store(members, SeqCst);
+        let memory = Self::map(file, plan)?;
+        for (phase, &members) in memory.members.iter().enumerate() {
+            memory.phase(phase).groups[0].count.store(members, SeqCst);
         }
-        page.head().plan.store(page.fingerprint, SeqCst);
-        page.head().magic.store(MAGIC, SeqCst);
-        Ok(page)
+        memory.head().plan.store(memory.fingerprint, SeqCst);
+        memory.head().magic.store(MAGIC, SeqCst);
+        Ok(memory)
     }
 
     /// The page that this process was given.
     ///
     /// # Errors
     /// If `file` is not the page of a run of this plan.
-    pub(crate) fn open(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
+    pub(super) fn open(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
         let file = File::from(file);
         if file.metadata()?.len() != size(plan) as u64 {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
         }
-        let page = Self::map(file.into(), plan)?;
+        let memory = Self::map(file.into(), plan)?;
         let stranger = |what| Err(io::Error::new(io::ErrorKind::InvalidData, what));
-        if page.head().magic.load(SeqCst) != MAGIC {
+        if memory.head().magic.load(SeqCst) != MAGIC {
             return stranger(
                 "it belongs to another version of Phalanx; build all programs of the run from the same one",
             );
         }
-        if page.head().plan.load(SeqCst) != page.fingerprint {
+        if memory.head().plan.load(SeqCst) != memory.fingerprint {
             return stranger("it belongs to another plan");
         }
-        Ok(page)
+        Ok(memory)
     }
 
     fn map(file: OwnedFd, plan: &Plan) -> io::Result<Self> {
@@ -214,34 +108,38 @@ impl Page {
     }
 
     /// The file, to hand it to a child.
-    pub(crate) fn file(&self) -> BorrowedFd<'_> {
+    pub(super) fn file(&self) -> BorrowedFd<'_> {
         self.file.as_fd()
     }
 
+    #[inline]
     pub(super) fn head(&self) -> &Head {
         // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
         unsafe { self.mapping.base.as_ref() }
     }
 
-    /// How many workers take part in a phase.
-    pub(super) fn members(&self, phase: usize) -> u32 {
-        self.members[phase]
-    }
-
+    #[inline]
     pub(super) fn phase(&self, phase: usize) -> &Phase {
         assert!(phase < self.phases);
         // SAFETY: `map` made room for `phases` of them behind the head, where one is aligned (see the assertions).
         unsafe { self.mapping.base.add(1).cast::<Phase>().add(phase).as_ref() }
     }
 
+    #[inline]
     pub(super) fn slot(&self, worker: usize) -> &Slot {
         assert!(worker < self.workers);
         // SAFETY: `map` made room for `workers` of them behind the phases, where one is aligned (see the assertions).
         unsafe { self.mapping.base.add(1).cast::<Phase>().add(self.phases).cast::<Slot>().add(worker).as_ref() }
     }
 
-    pub(super) fn tally(&self, worker: usize) -> &Tally {
-        &self.slot(worker).tally
+    pub(super) fn counters(&self, worker: usize) -> &Counters {
+        &self.slot(worker).counters
+    }
+
+    /// Whether the page is that of this run, as far as its first words say.
+    pub(super) fn has_its_mark(&self) -> bool {
+        let head = self.head();
+        head.magic.load(SeqCst) == MAGIC && head.plan.load(SeqCst) == self.fingerprint
     }
 
     /// Where run number `run` of a worker is traced, in the place of an older one; `None` if nothing is.

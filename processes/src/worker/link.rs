@@ -5,7 +5,7 @@ use super::comeback::CatchUp;
 use super::jitter::Jitter;
 use super::seat::{self, Seat, fault};
 use crate::board::Hub;
-use crate::page::{Arrival, FaultKind, Report, Watch};
+use crate::page::{Arrival, FaultKind, Report, Stopwatch};
 use lockstep::{Fault, Io, Plan, Step, Store};
 
 /// A node of this process that has to run.
@@ -24,7 +24,7 @@ pub struct Link {
     worker: Worker,
     seats: Vec<Seat>,
     store: Store,
-    watch: Watch,
+    stopwatch: Stopwatch,
     jitter: Option<Jitter>,
     step: Step,
     /// The seat at work, or the next one.
@@ -34,12 +34,12 @@ pub struct Link {
     /// When the seat at work passed its gate; `None` before that.
     started: Option<u64>,
     progress: Progress,
-    /// The phase and step since whose end it is to watch for the others of its core.
-    watches: Option<(usize, u64)>,
+    /// The phase and step after which it is to poll for the others of its core group.
+    polls_after: Option<(usize, u64)>,
     /// As long as it goes through steps that are done.
     catch_up: Option<CatchUp>,
     /// What the page told about replaced workers when the readers were looked through.
-    changes: u32,
+    replacements: u32,
     /// Whether nobody computes, see [`Worker::holds`].
     holds: bool,
     hub: Hub,
@@ -57,26 +57,32 @@ enum Progress {
 }
 
 impl Link {
-    pub(super) fn new(worker: Worker, hub: Hub, changes: u32, seats: Vec<Seat>, catch_up: Option<CatchUp>) -> Self {
+    pub(super) fn new(
+        worker: Worker,
+        hub: Hub,
+        replacements: u32,
+        seats: Vec<Seat>,
+        catch_up: Option<CatchUp>,
+    ) -> Self {
         if catch_up.is_none() {
             worker.page.mark_ready(worker.number);
         }
         let first = catch_up.as_ref().map_or(0, CatchUp::first);
         Self {
             store: store_for(&worker),
-            watch: Watch::new(worker.number, &worker.page),
+            stopwatch: Stopwatch::new(worker.number, &worker.page),
             jitter: Jitter::from_environment(worker.number),
             step: Step { index: first, dt: worker.plan.dt },
             seat: 0,
             member: 0,
             started: None,
             progress: Progress::Between,
-            watches: None,
+            polls_after: None,
             holds: worker.holds(),
             worker,
             seats,
             catch_up,
-            changes,
+            replacements,
             hub,
         }
     }
@@ -172,14 +178,17 @@ impl Link {
         }
         let page = &self.worker.page;
         let phase = self.seats[self.seat].phase;
-        if !page.await_gate(self.worker.number, phase, self.step.index, self.watches.take()) {
+        if let Some((left, step)) = self.polls_after.take() {
+            page.poll_next_gate(self.worker.number, left, step);
+        }
+        if !page.await_gate(self.worker.number, phase, self.step.index) {
             return Ok(false);
         }
-        if page.changes() != self.changes {
+        if page.replacements() != self.replacements {
             self.follow()?;
         }
         let page = &self.worker.page;
-        self.started = Some(self.watch.start(page, phase));
+        self.started = Some(self.stopwatch.start(page, phase));
         self.jitter.as_mut().map(Jitter::delay);
         match self.seats[self.seat].fetch(&self.worker.plan, &mut self.store, &self.step) {
             Ok(()) => Ok(true),
@@ -208,7 +217,7 @@ impl Link {
     #[cold]
     fn follow(&mut self) -> Result<(), Fault> {
         // Noted before the look at who was replaced, so that whoever is later is noticed the next time.
-        self.changes = self.worker.page.changes();
+        self.replacements = self.worker.page.replacements();
         let (page, plan) = (&self.worker.page, &self.worker.plan);
         seat::follow(&self.hub, page, plan, &mut self.seats).map_err(|error| self.worker.refuse(error))
     }
@@ -252,13 +261,13 @@ impl Link {
             }
         } else {
             let (seat, page) = (&self.seats[self.seat], &self.worker.page);
-            if !page.awaits(seat.phase, seat.position, self.step.index) {
+            if !page.is_intact(seat.phase, seat.position, self.step.index) {
                 return Err(self.overwritten());
             }
-            let end = self.watch.end(page, seat.phase, self.step.index, start);
+            let end = self.stopwatch.end(page, seat.phase, self.step.index, start);
             let arrival = page.arrive(self.worker.number, seat.phase, seat.position, self.step.index);
-            self.watch.arrived(page, seat.phase, end, arrival == Arrival::Last);
-            self.watches = (arrival == Arrival::LastOfSide).then_some((seat.phase, self.step.index));
+            self.stopwatch.arrived(page, seat.phase, end, arrival == Arrival::Last);
+            self.polls_after = (arrival == Arrival::LastOfGroup).then_some((seat.phase, self.step.index));
         }
         self.member = 0;
         self.seat += 1;

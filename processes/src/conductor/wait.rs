@@ -1,5 +1,6 @@
 //! What the conductor sees when it looks up: who has not arrived, who died, who reported what.
 
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use super::{Conductor, RunError};
@@ -15,42 +16,44 @@ impl Conductor {
     /// Waits until `step` is complete.
     pub(super) fn await_step(&self, step: u64) -> Result<(), RunError> {
         let page = &self.crew.alarm.page;
-        // Nobody needs the conductor before all that is allowed is done; woken half-way, it is back in time.
+        // Workers need the conductor only when all that is allowed is done; woken half-way, it allows more in time.
         let enough = (step + 1 + self.ahead / 2).min(self.plan.steps);
         let mut progress = None;
         let mut since = Instant::now();
         loop {
-            // Before looking at anything: what happens after this look rings again.
-            let rings = page.rings();
-            if self.crew.alarm.is_interrupted() {
-                return Err(RunError::Interrupted { step });
-            }
-            if page.completed() > step {
-                return Ok(());
-            }
-            let phase = page.phase_of(step);
-            if let Err(error) = self.look_around(step, phase) {
-                // A step that was completed in the meantime is not lost to what happened after it.
-                let complete = page.completed() > step && !matches!(error, RunError::Interrupted { .. });
-                return if complete { Ok(()) } else { Err(error) };
-            }
-            let now = Instant::now();
-            if progress != Some(phase) {
-                (progress, since) = (Some(phase), now);
-            }
-            let waited = now - since;
-            if waited >= self.settings.deadline {
-                let phase = phase.unwrap_or(0);
-                let late = self.absent(phase, step).map(|worker| self.crew.late(worker, Some(phase))).collect();
-                return Err(RunError::Deadline { late, step, phase, waited });
-            }
-            if page.ask_for(enough) {
-                let patience = (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE);
-                page.sleep(rings, patience);
-                if since.elapsed() >= patience {
-                    // Whoever watches for a core may stand still; the others of that core are late only if they are.
-                    page.relieve();
+            let mut patience = Duration::MAX;
+            let found = page.sleep_unless(enough, || {
+                if self.crew.alarm.is_interrupted() {
+                    return ControlFlow::Break(Err(RunError::Interrupted { step }));
                 }
+                if page.completed() > step {
+                    return ControlFlow::Break(Ok(()));
+                }
+                let phase = page.phase_of(step);
+                if let Err(error) = self.look_around(step, phase) {
+                    // A step that was completed in the meantime is not lost to what happened after it.
+                    let complete = page.completed() > step && !matches!(error, RunError::Interrupted { .. });
+                    return ControlFlow::Break(if complete { Ok(()) } else { Err(error) });
+                }
+                let now = Instant::now();
+                if progress != Some(phase) {
+                    (progress, since) = (Some(phase), now);
+                }
+                let waited = now - since;
+                if waited >= self.settings.deadline {
+                    let phase = phase.unwrap_or(0);
+                    let late = self.absent(phase, step).map(|worker| self.crew.late(worker, Some(phase))).collect();
+                    return ControlFlow::Break(Err(RunError::Deadline { late, step, phase, waited }));
+                }
+                patience = (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE);
+                ControlFlow::Continue(patience)
+            });
+            if let ControlFlow::Break(result) = found {
+                return result;
+            }
+            if since.elapsed() >= patience {
+                // A worker that polls for a core group may be stopped; the others of the group are late only if they are.
+                page.end_polling();
             }
         }
     }

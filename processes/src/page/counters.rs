@@ -1,4 +1,4 @@
-//! What the page tells about time: who computes, who waits, for whom the others wait. Never part of a result.
+//! Times and counts of the workers: how long each computes and waits, and on which the others wait. Never part of a result.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -7,7 +7,7 @@ use crate::ticks;
 
 /// A worker's counters; only the worker writes them. In ticks, but for `runs` and `last`.
 #[repr(C, align(128))]
-pub(super) struct Tally {
+pub(super) struct Counters {
     pub(super) runs: AtomicU64,
     /// From its start to its arrival.
     pub(super) compute: AtomicU64,
@@ -39,7 +39,7 @@ pub(crate) struct Run {
     pub(crate) end: u64,
 }
 
-/// Counters of a worker as somebody else reads them, in ticks.
+/// Counters of a worker as another process reads them, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
     pub(crate) runs: u64,
@@ -49,8 +49,8 @@ pub(crate) struct Counts {
     pub(crate) last: u64,
 }
 
-/// A worker's stop watch. It sums up by itself, so that nothing is read back from the page.
-pub(crate) struct Watch {
+/// A worker's stopwatch. It sums up by itself, so that nothing is read back from the page.
+pub(crate) struct Stopwatch {
     worker: usize,
     counts: Counts,
     /// When its gate was opened last.
@@ -59,7 +59,7 @@ pub(crate) struct Watch {
     arrived: Option<u64>,
 }
 
-impl Watch {
+impl Stopwatch {
     /// Goes on from what earlier processes of the worker have counted.
     pub(crate) fn new(worker: usize, page: &Page) -> Self {
         Self { worker, counts: page.counts(worker), opened: 0, arrived: None }
@@ -69,8 +69,8 @@ impl Watch {
     #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn start(&mut self, page: &Page, phase: usize) -> u64 {
         let now = ticks::now();
-        page.tally(self.worker).started.store(now, Relaxed);
-        self.opened = page.phase(phase).opened_at.load(Relaxed);
+        page.memory.counters(self.worker).started.store(now, Relaxed);
+        self.opened = page.memory.phase(phase).opened_at.load(Relaxed);
         self.counts.wake += now.saturating_sub(self.opened);
         // Another gate may have opened before the worker was done with the one before.
         self.counts.wait += self.arrived.map_or(0, |arrived| self.opened.saturating_sub(arrived));
@@ -81,7 +81,7 @@ impl Watch {
     #[unsafe(link_section = "lockstep_step")]
     pub(crate) fn end(&mut self, page: &Page, phase: usize, step: u64, start: u64) -> u64 {
         let end = ticks::now();
-        if let Some(event) = page.event(self.worker, self.counts.runs) {
+        if let Some(event) = page.memory.event(self.worker, self.counts.runs) {
             event.place.store(step | (phase as u64) << 48, Relaxed);
             event.start.store(start, Relaxed);
             event.end.store(end, Relaxed);
@@ -89,11 +89,11 @@ impl Watch {
         self.counts.runs += 1;
         self.counts.compute += end.saturating_sub(start);
         self.arrived = Some(end);
-        let tally = page.tally(self.worker);
-        tally.compute.store(self.counts.compute, Relaxed);
-        tally.wake.store(self.counts.wake, Relaxed);
-        tally.wait.store(self.counts.wait, Relaxed);
-        tally.runs.store(self.counts.runs, Relaxed);
+        let counters = page.memory.counters(self.worker);
+        counters.compute.store(self.counts.compute, Relaxed);
+        counters.wake.store(self.counts.wake, Relaxed);
+        counters.wait.store(self.counts.wait, Relaxed);
+        counters.runs.store(self.counts.runs, Relaxed);
         end
     }
 
@@ -102,8 +102,8 @@ impl Watch {
     pub(crate) fn arrived(&mut self, page: &Page, phase: usize, end: u64, last: bool) {
         if last {
             self.counts.last += 1;
-            page.tally(self.worker).last.store(self.counts.last, Relaxed);
-            page.phase(phase).lasted.fetch_add(end.saturating_sub(self.opened), Relaxed);
+            page.memory.counters(self.worker).last.store(self.counts.last, Relaxed);
+            page.memory.phase(phase).lasted.fetch_add(end.saturating_sub(self.opened), Relaxed);
         }
     }
 }
@@ -111,30 +111,30 @@ impl Watch {
 impl Page {
     /// The counters of a worker.
     pub(crate) fn counts(&self, worker: usize) -> Counts {
-        let tally = self.tally(worker);
+        let counters = self.memory.counters(worker);
         Counts {
-            runs: tally.runs.load(Relaxed),
-            compute: tally.compute.load(Relaxed),
-            wake: tally.wake.load(Relaxed),
-            wait: tally.wait.load(Relaxed),
-            last: tally.last.load(Relaxed),
+            runs: counters.runs.load(Relaxed),
+            compute: counters.compute.load(Relaxed),
+            wake: counters.wake.load(Relaxed),
+            wait: counters.wait.load(Relaxed),
+            last: counters.last.load(Relaxed),
         }
     }
 
     /// When the gate of a phase was opened last, and when a worker passed any gate last.
     pub(crate) fn opened_and_started(&self, phase: usize, worker: usize) -> (u64, u64) {
-        (self.phase(phase).opened_at.load(Relaxed), self.tally(worker).started.load(Relaxed))
+        (self.memory.phase(phase).opened_at.load(Relaxed), self.memory.counters(worker).started.load(Relaxed))
     }
 
     /// How long a phase has lasted in all steps together, in ticks.
     pub(crate) fn lasted(&self, phase: usize) -> u64 {
-        self.phase(phase).lasted.load(Relaxed)
+        self.memory.phase(phase).lasted.load(Relaxed)
     }
 
     /// The last runs of a worker, oldest first, as far as the plan has them traced.
     pub(crate) fn runs(&self, worker: usize) -> Vec<Run> {
         let count = self.counts(worker).runs;
-        let first = count.saturating_sub(self.traced as u64);
+        let first = count.saturating_sub(self.memory.traced as u64);
         let run = |event: &Event| {
             let place = event.place.load(Relaxed);
             Run {
@@ -144,6 +144,6 @@ impl Page {
                 end: event.end.load(Relaxed),
             }
         };
-        (first..count).filter_map(|number| self.event(worker, number)).map(run).collect()
+        (first..count).filter_map(|number| self.memory.event(worker, number)).map(run).collect()
     }
 }
