@@ -8,7 +8,7 @@ use formation::wiring::{Refusal, Role, pair};
 use hardware::settings::Settings;
 use processes::serve;
 
-use crate::run::urgency::lock_memory_if_wanted;
+use crate::run::priority::lock_memory_if_wanted;
 
 /// Connects to the robot that the file describes, and serves.
 pub(crate) fn bridge(path: &Path) -> ExitCode {

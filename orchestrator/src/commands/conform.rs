@@ -73,7 +73,7 @@ pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failu
         return Err(Failure::Usage(format!("cannot start {problem}")));
     }
     let recorded = Recorded::of(args, &assembly)?;
-    let home = Pin::Auto.take()?;
+    let affinity = Pin::Auto.take()?;
     let report = try_all(&Demands {
         assembly: &assembly,
         log: &recorded.path,
@@ -81,7 +81,7 @@ pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failu
         words: &args.command,
         patience: lockstep::duration(args.patience),
         ranges,
-        core: home.core,
+        core: affinity.core,
     })?;
     if args.json {
         println!("{}", to_json(&name, &report));

@@ -10,7 +10,7 @@ use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
 
 use crate::catalog::Catalog;
 use crate::recorded::played;
-use crate::run::urgency::lock_memory_if_wanted;
+use crate::run::priority::lock_memory_if_wanted;
 
 #[derive(Debug, Args)]
 pub(crate) struct ParticipantArgs {

@@ -17,12 +17,12 @@ use super::select::{from_head, names_one_plant};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
-use crate::run::control::Stop;
+use crate::run::control::RunControl;
 use crate::run::pinning::Pin;
 use crate::run::players::Player;
+use crate::run::priority::Priority;
 use crate::run::robots::{self, Robots};
 use crate::run::swap::{Swap, node_called, own_program};
-use crate::run::urgency::Urgency;
 use crate::terminal::plain;
 use crate::trial::replay::{Departures, Outcome, Setup, rerun};
 use recording::Log;
@@ -81,7 +81,7 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
     if let Some(out) = &args.out {
         files::spare(out, swap.iter().flat_map(Swap::inputs).chain([args.log.clone()]))?;
     }
-    let home = Pin::Auto.take()?;
+    let affinity = Pin::Auto.take()?;
     let setup = Setup {
         assembly: &assembly,
         network: &assembly.network,
@@ -92,15 +92,15 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
         settings: Settings::default(),
         start_timeout: START_TIMEOUT,
         traced: 0,
-        core: home.core,
+        core: affinity.core,
     };
     let program = own_program()?;
     let mut robots = Robots::default();
     let command = |directory: &Path| match &swap {
-        Some(swap) => robots.bridge(&program, directory, swap, Urgency::default()),
+        Some(swap) => robots.bridge(&program, directory, swap, Priority::default()),
         None => Ok(own_participant(&program)),
     };
-    let stop = Stop::new();
+    let stop = RunControl::new();
     let on_signal = stop.clone();
     // A second handler in one process cannot be set; a program that embeds this one has set its own then.
     let _ = ctrlc::set_handler(move || on_signal.request());

@@ -16,8 +16,8 @@ use super::select::{add_present, find};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
+use crate::run::priority::lock_memory_if_wanted;
 use crate::run::robots::LISTENS;
-use crate::run::urgency::lock_memory_if_wanted;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\

@@ -18,14 +18,14 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
 use crate::judge::verdict::Verdict;
-use crate::run::control::Stop;
+use crate::run::control::RunControl;
 use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::players::Player;
+use crate::run::priority::Priority;
 use crate::run::profile;
 use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap};
-use crate::run::urgency::Urgency;
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, counted, program, quoted, wrapped};
 use recording::LogPlace;
@@ -153,7 +153,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         stress: None,
         wake: args.wake.into(),
         tap: args.tap,
-        urgency: Urgency { priority: args.rt_priority },
+        priority: Priority { priority: args.rt_priority },
         log_dir: args.log_dir.clone(),
     };
     if args.quiet == 0 {
@@ -299,7 +299,7 @@ pub(super) fn inputs(scenario: &ScenarioArgs, swaps: &[Swap]) -> Vec<PathBuf> {
 }
 
 /// Ctrl-C, SIGTERM and SIGHUP end the run in order.
-pub(super) fn end_on_signals(stop: Stop) {
+pub(super) fn end_on_signals(stop: RunControl) {
     // A second handler in one process cannot be set; a program that embeds this one has set its own then.
     let _ = ctrlc::set_handler(move || {
         stop.request();
@@ -310,7 +310,7 @@ pub(super) fn end_on_signals(stop: Stop) {
 /// Ends the process if the run has not done so after a while. The operating system may keep the main thread for as long as it
 /// likes, in the start of a process or the opening of a file; and the metrics of a long log take their time. Only the closing
 /// of a log is waited for.
-fn end_the_process(stop: &Stop) {
+fn end_the_process(stop: &RunControl) {
     thread::sleep(PATIENCE);
     while !stop.may_be_abandoned() {
         thread::sleep(LOOK);

@@ -2,10 +2,10 @@
 
 mod error;
 mod played;
+mod samples;
 mod scenario;
-mod tape;
 
 pub use error::ReplayError;
 pub use played::played;
+pub use samples::RecordedSamples;
 pub(crate) use scenario::{scenario_in, scenario_of};
-pub use tape::Tape;

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use formation::scenario::Scenario;
 use lockstep::{ChannelId, Fault, Io, Network, Participant, Slice, Step};
 
-use super::{ReplayError, Tape};
+use super::{RecordedSamples, ReplayError};
 
 /// A participant that publishes what was recorded of it.
 struct Played {
     /// Shared by all that are played from one log in one process; they run one after the other, step by step.
-    tape: Arc<Mutex<Tape>>,
+    samples: Arc<Mutex<RecordedSamples>>,
     outputs: Vec<(ChannelId, Slice)>,
     /// What the recorded numbers are multiplied by.
     factor: f64,
@@ -19,13 +19,13 @@ struct Played {
 
 impl Participant for Played {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        let mut tape = self.tape.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         let fault = |error: ReplayError| Fault(error.to_string());
-        if !tape.wind(step.index).map_err(fault)? {
-            return Err(fault(tape.over(step.index)));
+        if !samples.advance_to(step.index).map_err(fault)? {
+            return Err(fault(samples.over(step.index)));
         }
         for &(channel, place) in &self.outputs {
-            let words = tape.words(channel);
+            let words = samples.words(channel);
             if self.factor == 1.0 {
                 io.slice_mut(place).copy_from_slice(words);
             } else {
@@ -50,13 +50,13 @@ pub fn played(
     nodes: &[usize],
     factor: f64,
 ) -> Result<Vec<Box<dyn Participant>>, ReplayError> {
-    let tape = Arc::new(Mutex::new(Tape::open(path, scenario, network, nodes)?));
+    let samples = Arc::new(Mutex::new(RecordedSamples::open(path, scenario, network, nodes)?));
     let participant = |&node: &usize| {
         let outputs = network.nodes[node].outputs.iter().enumerate();
         let place = |(port, &channel): (usize, &ChannelId)| {
             (channel, Slice::new(port, 0, network.channels[channel.0].layout.words()))
         };
-        let played = Played { tape: Arc::clone(&tape), outputs: outputs.map(place).collect(), factor };
+        let played = Played { samples: Arc::clone(&samples), outputs: outputs.map(place).collect(), factor };
         Box::new(played) as Box<dyn Participant>
     };
     Ok(nodes.iter().map(participant).collect())

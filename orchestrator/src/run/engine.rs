@@ -9,13 +9,13 @@ use processes::{Conductor, Gauge, RunDirectory, RunError, Settings, allowed_core
 
 use crate::failure::Failure;
 use crate::logging;
-use crate::run::control::Stop;
+use crate::run::control::RunControl;
 use crate::run::options::Options;
-use crate::run::pinning::{Home, describe};
+use crate::run::pinning::{Affinity, describe};
+use crate::run::priority::Priority;
 use crate::run::robots::{Robots, place_hands, with_hands};
 use crate::run::stress::Stress;
 use crate::run::swap::Swap;
-use crate::run::urgency::Urgency;
 
 /// All processes together may take so many deadlines of a step to connect.
 const START_DEADLINES: u32 = 3;
@@ -34,36 +34,36 @@ pub enum Engine {
         /// Runs the processes.
         conductor: Box<Conductor>,
         /// Where they run.
-        home: Home,
+        affinity: Affinity,
         /// The programs of the participants.
-        cast: Cast,
+        programs: Programs,
     },
 }
 
 /// Which program plays which participant.
-pub struct Cast {
+pub struct Programs {
     /// This program.
     program: PathBuf,
     swaps: Vec<Swap>,
     /// The emulators that were started for it; they end after the bridges.
     robots: Robots,
     stress: Option<Stress>,
-    urgency: Urgency,
+    priority: Priority,
     /// The core that all start on.
     pub core: Option<usize>,
 }
 
-impl Cast {
+impl Programs {
     /// The command of the worker of this name, for the run in `directory`; the emulator of a robot is started first.
     ///
     /// # Errors
     /// [`Failure`] if that does not start.
     pub fn command(&mut self, worker: &str, directory: &Path) -> Result<Command, Failure> {
         let mut command = match self.swaps.iter().find(|swap| swap.node == worker) {
-            Some(swap) => self.robots.bridge(&self.program, directory, swap, self.urgency)?,
+            Some(swap) => self.robots.bridge(&self.program, directory, swap, self.priority)?,
             None => self.own_program(),
         };
-        self.urgency.apply(&mut command);
+        self.priority.apply(&mut command);
         if let Some(stress) = &self.stress {
             stress.disturb(&mut command);
         }
@@ -98,14 +98,14 @@ impl Engine {
     pub fn start(
         assembly: &Assembly,
         options: &Options,
-        home: Home,
-        stop: &Stop,
+        affinity: Affinity,
+        stop: &RunControl,
         reached: impl FnOnce(&RunDirectory, usize),
     ) -> Result<Self, Failure> {
         if options.in_one_process() {
             Self::local(assembly, reached)
         } else {
-            Self::processes(assembly, options, home, stop, reached)
+            Self::processes(assembly, options, affinity, stop, reached)
         }
     }
 
@@ -125,8 +125,8 @@ impl Engine {
     fn processes(
         assembly: &Assembly,
         options: &Options,
-        home: Home,
-        stop: &Stop,
+        affinity: Affinity,
+        stop: &RunControl,
         reached: impl FnOnce(&RunDirectory, usize),
     ) -> Result<Self, Failure> {
         let timing = assembly.scenario.context.timing;
@@ -153,13 +153,13 @@ impl Engine {
             wake: options.wake,
             ..Settings::default()
         };
-        let mut cast = Cast {
+        let mut programs = Programs {
             program,
             swaps: options.swaps.clone(),
             robots: Robots::default(),
             stress: options.stress,
-            urgency: options.urgency,
-            core: home.core,
+            priority: options.priority,
+            core: affinity.core,
         };
         let mut conductor = Conductor::new(directory, plan, settings)?;
         stop.attach(conductor.interrupt());
@@ -171,14 +171,14 @@ impl Engine {
                 return Err(RunError::Interrupted { step: 0 }.into());
             }
             let name = &conductor.plan().workers[worker].name;
-            let command = cast.command(name, conductor.directory().path())?;
-            let pid = conductor.spawn(worker, command, cast.core)?;
+            let command = programs.command(name, conductor.directory().path())?;
+            let pid = conductor.spawn(worker, command, programs.core)?;
             tracing::debug!(process = conductor.plan().workers[worker].name, pid, "started");
             if let Some(stress) = &options.stress {
                 stress.set_priority(worker, pid);
             }
         }
-        Ok(Self::Processes { conductor: Box::new(conductor), home, cast })
+        Ok(Self::Processes { conductor: Box::new(conductor), affinity, programs })
     }
 
     /// Waits until all processes are connected.
@@ -206,7 +206,7 @@ impl Engine {
 
     /// Tries from now on how many of `cores` make steps shortest, unless the user has set the core affinity of the processes.
     pub fn balance(&mut self, cores: &[usize]) {
-        if let Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } = self {
+        if let Self::Processes { conductor, affinity: Affinity { slot: Some(slot), .. }, .. } = self {
             let others = cores.iter().copied().filter(|&core| core != slot.core);
             conductor.balance(std::iter::once(slot.core).chain(others).collect());
         }
@@ -215,7 +215,7 @@ impl Engine {
     /// Where the processes are and why, if that was tried.
     pub fn balanced(&self) -> Option<String> {
         match self {
-            Self::Processes { conductor, home: Home { slot: Some(slot), .. }, .. } => {
+            Self::Processes { conductor, affinity: Affinity { slot: Some(slot), .. }, .. } => {
                 describe(&conductor.balanced()?, slot.shared)
             }
             _ => None,
@@ -259,7 +259,7 @@ impl Engine {
     pub(crate) fn is_robot(&self, worker: usize) -> bool {
         match self {
             Engine::Local { .. } => false,
-            Engine::Processes { cast, .. } => cast.is_robot(&self.worker_name(worker)),
+            Engine::Processes { programs, .. } => programs.is_robot(&self.worker_name(worker)),
         }
     }
 
@@ -287,9 +287,10 @@ impl Engine {
 
     /// From now on this program plays the participant, or with `None` ours. Returns which one did before.
     pub(crate) fn take_on(&mut self, node: &str, swap: Option<Swap>) -> Option<Swap> {
-        let Engine::Processes { cast, .. } = self else { return None };
-        let before = cast.swaps.iter().position(|other| other.node == node).map(|place| cast.swaps.remove(place));
-        cast.swaps.extend(swap);
+        let Engine::Processes { programs, .. } = self else { return None };
+        let before =
+            programs.swaps.iter().position(|other| other.node == node).map(|place| programs.swaps.remove(place));
+        programs.swaps.extend(swap);
         before
     }
 
@@ -326,7 +327,7 @@ impl Engine {
     pub fn core(&self) -> Option<usize> {
         match self {
             Engine::Local { .. } => None,
-            Engine::Processes { home, .. } => home.core,
+            Engine::Processes { affinity, .. } => affinity.core,
         }
     }
 

@@ -11,6 +11,7 @@ mod outcome;
 pub mod pinning;
 pub mod placement;
 pub mod players;
+pub mod priority;
 pub mod profile;
 mod progress;
 pub(crate) mod recording;
@@ -20,7 +21,6 @@ pub mod scene;
 mod session;
 pub mod stress;
 pub mod swap;
-pub mod urgency;
 
 pub use options::Options;
 pub use outcome::{Ending, Outcome};

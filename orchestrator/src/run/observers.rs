@@ -7,14 +7,14 @@ use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
 use super::recording::header;
 use super::recovery::Recovery;
-use super::robots::Journal;
+use super::robots::RobotLog;
 use super::scene::Scene;
 use recording::{LogError, Recorder};
 
 /// All observers of a run, in the order of their messages within a step of the log.
 pub(crate) struct Observers {
     pub(crate) scene: Option<Scene>,
-    pub(crate) journal: Option<Journal>,
+    pub(crate) journal: Option<RobotLog>,
     pub(crate) recovery: Option<Recovery>,
     pub(crate) tap: Option<Tap>,
     pub(crate) monitor: AssertionMonitor,

@@ -7,10 +7,10 @@ use lockstep::Wake;
 
 use super::pinning::Pin;
 use super::placement::Placement;
+use super::priority::Priority;
 use super::profile::TRACED_RUNS;
 use super::stress::Stress;
 use super::swap::{RobotSwap, Swap};
-use super::urgency::Urgency;
 use recording::LogPlace;
 
 /// How a run is carried out. None of it changes a bit of the samples.
@@ -45,7 +45,7 @@ pub struct Options {
     /// Whether every sample is also published for monitors outside the run.
     pub tap: bool,
     /// Scheduling priority of the processes.
-    pub urgency: Urgency,
+    pub priority: Priority,
     /// Folder that gets one file per process with what it printed.
     pub log_dir: Option<PathBuf>,
 }
@@ -70,7 +70,7 @@ impl Options {
             stress: None,
             wake: Wake::default(),
             tap: false,
-            urgency: Urgency::default(),
+            priority: Priority::default(),
             log_dir: None,
         }
     }

@@ -44,7 +44,7 @@ impl Pin {
     ///
     /// # Errors
     /// [`Failure::System`] if the operating system does not tell its cores.
-    pub fn take(self) -> Result<Home, Failure> {
+    pub fn take(self) -> Result<Affinity, Failure> {
         let slot = match self {
             Self::Auto => Some(CoreSlot::take().map_err(Failure::system("take a core"))?),
             Self::None | Self::Core(_) => None,
@@ -56,13 +56,13 @@ impl Pin {
         if let Some(core) = core {
             keep_off_core(core).map_err(Failure::system("leave a core to the run"))?;
         }
-        Ok(Home { core, slot })
+        Ok(Affinity { core, slot })
     }
 }
 
 /// Where a run lives.
 #[derive(Debug, Default)]
-pub struct Home {
+pub struct Affinity {
     /// The core that all processes start on; `None`: the operating system decides.
     pub core: Option<usize>,
     /// The same, if it was chosen and taken from other runs.

@@ -6,20 +6,20 @@ use formation::wiring::Assembly;
 use lockstep::{Network, Period};
 use processes::{RunDirectory, RunError, Tap};
 
-use super::control::{About, Keys, Pace, Server, Stop, TooLate};
+use super::control::{About, Keys, Pace, RunControl, Server, TooLate};
 use super::engine::{Engine, cores};
 use super::monitor::AssertionMonitor;
 use super::observer::{Flow, StepView};
 use super::observers::Observers;
 use super::options::Options;
 use super::outcome::{Ending, Outcome};
-use super::pinning::Home;
+use super::pinning::Affinity;
 use super::players::Player;
 use super::profile::write_trace;
 use super::progress::Progress;
 use super::recording::create_log;
 use super::recovery::Recovery;
-use super::robots::{Journal, with_hands};
+use super::robots::{RobotLog, with_hands};
 use super::scene::Scene;
 use crate::failure::Failure;
 use crate::judge::assertions::{self, Watch};
@@ -33,7 +33,7 @@ const NOT_RECORDED: &str = "the run is not recorded, and a new program needs the
 /// # Errors
 /// [`Failure`] if it cannot start, or if the log cannot be written. A run that starts but does not come to its end is an
 /// [`Outcome`] whose [`Outcome::ending`] says why.
-pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(Stop)) -> Result<Outcome, Failure> {
+pub fn run(assembly: &Assembly, options: &Options, on_start: impl FnOnce(RunControl)) -> Result<Outcome, Failure> {
     let mut session = Session::start(assembly, options, on_start)?;
     let start = Instant::now();
     let result = (0..=session.periods).try_for_each(|step| session.advance(step));
@@ -51,7 +51,7 @@ struct Session<'a> {
     periods: u64,
     period: Period,
     dt: f64,
-    stop: Stop,
+    stop: RunControl,
     engine: Engine,
     pace: Option<Pace>,
     log: Option<Recorder>,
@@ -64,9 +64,9 @@ struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    fn start(assembly: &Assembly, options: &'a Options, on_start: impl FnOnce(Stop)) -> Result<Self, Failure> {
+    fn start(assembly: &Assembly, options: &'a Options, on_start: impl FnOnce(RunControl)) -> Result<Self, Failure> {
         let cores = cores()?;
-        let home = if options.in_one_process() { Home::default() } else { options.pin.take()? };
+        let affinity = if options.in_one_process() { Affinity::default() } else { options.pin.take()? };
         let network = with_hands(&assembly.network, &options.swaps);
         // Before the run starts: the thread that compresses must not share the core of the participants.
         let place = match (&options.place, &options.log) {
@@ -77,14 +77,14 @@ impl<'a> Session<'a> {
         let open = |place| create_log(place, assembly, &network, &Player::all(&options.swaps));
         let mut log = place.as_ref().map(open).transpose()?;
         // After it, so that the compression is not urgent.
-        options.urgency.claim();
+        options.priority.claim();
         let mut observers = observers(assembly, options, &network, &mut log)?;
         let timing = assembly.scenario.context.timing;
-        let stop = Stop::new();
+        let stop = RunControl::new();
         on_start(stop.clone());
         let mut server = None;
         let reached = |directory: &RunDirectory, processes| server = serve(assembly, directory, processes, &stop);
-        let mut engine = Engine::start(assembly, options, home, &stop, reached).map_err(|end| ended(end, &stop))?;
+        let mut engine = Engine::start(assembly, options, affinity, &stop, reached).map_err(|end| ended(end, &stop))?;
         connect(&mut engine, &mut observers, &log).map_err(|error| ended(error.into(), &stop))?;
         engine.settle()?;
         if let Some(server) = &server {
@@ -255,7 +255,7 @@ fn observers(
         _ => None,
     };
     let journal = match log {
-        Some(log) if options.has_robots() => Some(Journal::new(network, log)?),
+        Some(log) if options.has_robots() => Some(RobotLog::new(network, log)?),
         _ => None,
     };
     let recovery = options.log.clone().map(|path| Recovery::new(options.on_failure.clone(), path));
@@ -276,7 +276,7 @@ fn connect(engine: &mut Engine, observers: &mut Observers, log: &Option<Recorder
 }
 
 /// Why a run ended before its first step.
-fn ended(failure: Failure, stop: &Stop) -> Failure {
+fn ended(failure: Failure, stop: &RunControl) -> Failure {
     match failure {
         Failure::Interrupted if stop.is_emergency() => Failure::Emergency { step: 0 },
         failure => failure,
@@ -284,7 +284,7 @@ fn ended(failure: Failure, stop: &Stop) -> Failure {
 }
 
 /// Answers `phalanx ctl` and `phalanx top`, from the start on; a run that cannot be controlled is better than none.
-fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: &Stop) -> Option<Server> {
+fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: &RunControl) -> Option<Server> {
     let timing = assembly.scenario.context.timing;
     let about = About {
         run: directory.name().into(),

@@ -13,7 +13,7 @@ use hardware::message::Clock;
 use hardware::settings::Settings;
 
 use crate::failure::Failure;
-use crate::recorded::Tape;
+use crate::recorded::RecordedSamples;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";
@@ -118,7 +118,7 @@ impl Swap {
             let is_played = |node: &&str| swaps.iter().any(|swap| swap.node == **node && swap.log() == Some(log));
             let nodes = (0..names.len()).filter(|&node| is_played(&names[node])).collect::<Vec<_>>();
             // Opened here only to say what is wrong with it before anything starts.
-            Tape::open(log, &assembly.scenario, &assembly.network, &nodes)?;
+            RecordedSamples::open(log, &assembly.scenario, &assembly.network, &nodes)?;
         }
         Ok(swaps)
     }

@@ -14,7 +14,7 @@ use signal_hook::SigId;
 use signal_hook::consts::SIGTSTP;
 use signal_hook::low_level::{emulate_default_handler, pipe, unregister};
 
-use super::Stop;
+use super::RunControl;
 use crate::terminal::is_ours;
 
 /// How often to look whether the run is over, or the foreground job.
@@ -22,14 +22,14 @@ const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
 /// Space pauses and resumes, `s` does one step, `q` stops, as long as this lives. The terminal gets its mode back then.
 pub(crate) struct Keys {
-    done: Stop,
+    done: RunControl,
     thread: Option<JoinHandle<()>>,
     suspension: SigId,
 }
 
 impl Keys {
     /// Listens, if stdin is a terminal.
-    pub(crate) fn listen(stop: &Stop) -> Option<Self> {
+    pub(crate) fn listen(stop: &RunControl) -> Option<Self> {
         if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
             return None;
         }
@@ -37,7 +37,7 @@ impl Keys {
         let (suspended, signal) = UnixStream::pair().ok()?;
         suspended.set_nonblocking(true).ok()?;
         let suspension = pipe::register(SIGTSTP, signal).ok()?;
-        let done = Stop::new();
+        let done = RunControl::new();
         let listener = Listener { stop: stop.clone(), end: done.clone(), suspended, before: None };
         let thread = thread::Builder::new().name("keys".into()).spawn(move || listener.listen()).ok();
         Some(Self { done, thread, suspension })
@@ -57,8 +57,8 @@ impl Drop for Keys {
 
 /// What the thread does.
 struct Listener {
-    stop: Stop,
-    end: Stop,
+    stop: RunControl,
+    end: RunControl,
     /// Readable after a Ctrl-Z.
     suspended: UnixStream,
     /// The mode that the terminal is to have again; `None` as long as it is not changed.
@@ -144,7 +144,7 @@ impl Listener {
     }
 }
 
-fn press(key: u8, stop: &Stop) {
+fn press(key: u8, stop: &RunControl) {
     match key {
         b' ' if stop.is_paused() => stop.resume(),
         b' ' => {

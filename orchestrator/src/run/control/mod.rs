@@ -27,7 +27,7 @@ const ENDED: &str = "the run ended before; nothing was changed";
 
 /// Ends, holds and steps a run from other threads.
 #[derive(Clone)]
-pub struct Stop {
+pub struct RunControl {
     shared: Arc<Shared>,
 }
 
@@ -40,7 +40,7 @@ struct Shared {
     /// Ends a step that waits for a process; `None` before the processes have started.
     interrupt: OnceLock<Interrupt>,
     step: AtomicU64,
-    turn: Mutex<Turn>,
+    state: Mutex<LoopState>,
     changed: Condvar,
     swaps: Mutex<VecDeque<SwapRequest>>,
     /// Whether a swap is being carried out.
@@ -84,7 +84,7 @@ impl Drop for SwapRequest {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Turn {
+struct LoopState {
     paused: bool,
     /// Steps that a paused run may still do.
     allowed: u64,
@@ -92,7 +92,7 @@ struct Turn {
     swaps: bool,
 }
 
-impl Stop {
+impl RunControl {
     pub(crate) fn new() -> Self {
         let shared = Shared {
             attention: AtomicBool::new(false),
@@ -100,7 +100,7 @@ impl Stop {
             emergency: AtomicBool::new(false),
             interrupt: OnceLock::new(),
             step: AtomicU64::new(0),
-            turn: Mutex::new(Turn::default()),
+            state: Mutex::new(LoopState::default()),
             changed: Condvar::new(),
             swaps: Mutex::new(VecDeque::new()),
             swapping: AtomicBool::new(false),
@@ -161,22 +161,22 @@ impl Stop {
 
     /// Holds the run before its next step.
     pub fn pause(&self) {
-        self.change(|turn| (turn.paused, turn.allowed) = (true, 0));
+        self.change(|state| (state.paused, state.allowed) = (true, 0));
     }
 
     /// Lets a paused run go on.
     pub fn resume(&self) {
-        self.change(|turn| (turn.paused, turn.allowed) = (false, 0));
+        self.change(|state| (state.paused, state.allowed) = (false, 0));
     }
 
     /// Lets the run do so many steps more and holds it then.
     pub fn advance(&self, steps: u64) {
-        self.change(|turn| (turn.paused, turn.allowed) = (true, turn.allowed.saturating_add(steps)));
+        self.change(|state| (state.paused, state.allowed) = (true, state.allowed.saturating_add(steps)));
     }
 
     /// Whether the run is held.
     pub fn is_paused(&self) -> bool {
-        self.turn().paused
+        self.state().paused
     }
 
     /// Whether the run is to be held or changed before its next step.
@@ -198,23 +198,23 @@ impl Stop {
 
     #[cold]
     fn take_turn(&self) -> bool {
-        let mut turn = self.turn();
+        let mut state = self.state();
         let mut waited = false;
-        while turn.paused && turn.allowed == 0 && !turn.swaps && !self.is_requested() {
+        while state.paused && state.allowed == 0 && !state.swaps && !self.is_requested() {
             waited = true;
-            turn = self.shared.changed.wait(turn).unwrap_or_else(PoisonError::into_inner);
+            state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        if !turn.swaps {
-            turn.allowed = turn.allowed.saturating_sub(1);
+        if !state.swaps {
+            state.allowed = state.allowed.saturating_sub(1);
         }
         waited
     }
 
     /// Sleeps; `false` if the run is to be held or ended before `patience` is over.
     pub(crate) fn sleep(&self, patience: std::time::Duration) -> bool {
-        let turn = self.turn();
-        let calm = |turn: &mut Turn| !turn.paused && !self.is_requested();
-        let waited = self.shared.changed.wait_timeout_while(turn, patience, calm);
+        let state = self.state();
+        let calm = |state: &mut LoopState| !state.paused && !self.is_requested();
+        let waited = self.shared.changed.wait_timeout_while(state, patience, calm);
         waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
@@ -226,7 +226,7 @@ impl Stop {
             return drop(request);
         }
         self.swaps().push_back(request);
-        self.change(|turn| turn.swaps = true);
+        self.change(|state| state.swaps = true);
     }
 
     /// The swap that is to be done next, if there is any.
@@ -239,7 +239,7 @@ impl Stop {
             return None;
         }
         let mut next = self.swaps().pop_front();
-        self.change(|turn| turn.swaps = !self.swaps().is_empty());
+        self.change(|state| state.swaps = !self.swaps().is_empty());
         if let Some(request) = &mut next {
             self.shared.swapping.store(true, Ordering::SeqCst);
             request.shared = Some(self.shared.clone());
@@ -255,7 +255,7 @@ impl Stop {
     /// Answers all swaps that were asked for and not begun: the run has no step left for them.
     pub(crate) fn refuse_swaps(&self) {
         let pending = std::mem::take(&mut *self.swaps());
-        self.change(|turn| turn.swaps = false);
+        self.change(|state| state.swaps = false);
         drop(pending);
     }
 
@@ -263,16 +263,16 @@ impl Stop {
         self.shared.swaps.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn change(&self, change: impl FnOnce(&mut Turn)) {
-        let mut turn = self.turn();
-        change(&mut turn);
-        self.shared.attention.store(turn.paused || turn.swaps, Ordering::SeqCst);
+    fn change(&self, change: impl FnOnce(&mut LoopState)) {
+        let mut state = self.state();
+        change(&mut state);
+        self.shared.attention.store(state.paused || state.swaps, Ordering::SeqCst);
         self.shared.changed.notify_all();
     }
 
-    fn turn(&self) -> MutexGuard<'_, Turn> {
+    fn state(&self) -> MutexGuard<'_, LoopState> {
         // Nothing is left half-done by a panic in between.
-        self.shared.turn.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -284,7 +284,7 @@ mod tests {
 
     #[test]
     fn a_paused_run_does_the_steps_that_it_is_allowed() {
-        let stop = Stop::new();
+        let stop = RunControl::new();
         assert!(!stop.await_turn(0));
         stop.advance(2);
         assert!(!stop.await_turn(1) && !stop.await_turn(2));
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_stop_ends_a_pause() {
-        let stop = Stop::new();
+        let stop = RunControl::new();
         stop.pause();
         let other = stop.clone();
         let waiting = std::thread::spawn(move || other.await_turn(0));
@@ -312,8 +312,8 @@ mod tests {
     #[test]
     fn a_swap_that_comes_too_late_is_refused() {
         let (sender, results) = std::sync::mpsc::channel();
-        let stop = Stop::new();
-        let ask = |stop: &Stop| {
+        let stop = RunControl::new();
+        let ask = |stop: &RunControl| {
             let sender = sender.clone();
             let swap = Swap::parse("plant=./mine", &["plant"]).unwrap();
             stop.swap(swap, move |result| sender.send(result).unwrap());
@@ -335,7 +335,7 @@ mod tests {
 
     #[test]
     fn a_sleep_ends_early_for_a_pause() {
-        let stop = Stop::new();
+        let stop = RunControl::new();
         assert!(stop.sleep(Duration::from_millis(1)));
         stop.pause();
         assert!(!stop.sleep(Duration::from_secs(60)));

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use formation::scenario::Overrun;
 
-use super::Stop;
+use super::RunControl;
 
 /// Classes of lateness per doubling.
 const CLASSES: f64 = 16.0;
@@ -90,7 +90,7 @@ impl Pace {
     ///
     /// # Errors
     /// [`TooLate`] if the step is late by a period or more, and that is to end the run.
-    pub(crate) fn wait(&mut self, step: u64, stop: &Stop) -> Result<(), TooLate> {
+    pub(crate) fn wait(&mut self, step: u64, stop: &RunControl) -> Result<(), TooLate> {
         let elapsed = self.origin.elapsed();
         let late = seconds_after(elapsed, self.due(step));
         let missed = late >= 0.0 && step > self.first;
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_step_that_takes_too_long_makes_the_next_one_late() {
-        let (mut pace, stop) = (Pace::new(1e-3, 1.0, Overrun::CatchUp), Stop::new());
+        let (mut pace, stop) = (Pace::new(1e-3, 1.0, Overrun::CatchUp), RunControl::new());
         pace.wait(0, &stop).unwrap();
         assert!(!pace.last().missed);
         std::thread::sleep(Duration::from_millis(5));
@@ -199,10 +199,10 @@ mod tests {
     }
 
     /// A run that has been going on for so many seconds.
-    fn begun(overrun: Overrun, since: f64) -> (Pace, Stop) {
+    fn begun(overrun: Overrun, since: f64) -> (Pace, RunControl) {
         let mut pace = Pace::new(0.1, 1.0, overrun);
         pace.origin = Instant::now() - Duration::from_secs_f64(since);
-        (pace, Stop::new())
+        (pace, RunControl::new())
     }
 
     #[test]
@@ -238,14 +238,14 @@ mod tests {
     #[test]
     fn a_factor_beyond_all_clocks_is_no_panic() {
         let mut pace = Pace::new(1.0, 1e-300, Overrun::Skip);
-        let stop = Stop::new();
+        let stop = RunControl::new();
         stop.request();
         assert_eq!(pace.wait(1, &stop), Ok(()));
     }
 
     #[test]
     fn times_do_not_drift() {
-        let (mut pace, stop) = (Pace::new(1e-3, 1.0, Overrun::CatchUp), Stop::new());
+        let (mut pace, stop) = (Pace::new(1e-3, 1.0, Overrun::CatchUp), RunControl::new());
         pace.restart(5);
         let start = Instant::now();
         for step in 5..=25 {

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 use processes::Gauge;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 
-use super::Stop;
+use super::RunControl;
 use super::message::{Answer, Request, State, Status, WorkerStatus};
 use crate::run::swap::Swap;
 use client::{Client, Step};
@@ -81,16 +81,16 @@ impl Server {
     ///
     /// # Errors
     /// Of the operating system; a run without a server cannot be controlled, but runs.
-    pub(crate) fn start(directory: &Path, about: About, stop: Stop) -> io::Result<Self> {
+    pub(crate) fn start(directory: &Path, about: About, stop: RunControl) -> io::Result<Self> {
         let path = directory.join(SOCKET);
         let listener = UnixListener::bind(&path)?;
         fs::set_permissions(&path, Permissions::from_mode(0o600))?;
         listener.set_nonblocking(true)?;
         let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
         let shared = Arc::new(Shared { end: AtomicBool::new(false), bell, gauge: OnceLock::new() });
-        let desk = Desk { about, stop, shared: shared.clone(), start: Instant::now() };
+        let handler = RequestHandler { about, stop, shared: shared.clone(), start: Instant::now() };
         let (done, results) = channel();
-        let hall = Hall { listener, desk, clients: Vec::new(), next: 0, done, results, closed_until: None };
+        let hall = Hall { listener, handler, clients: Vec::new(), next: 0, done, results, closed_until: None };
         let thread = thread::Builder::new().name("control".into()).spawn(move || hall.serve())?;
         Ok(Self { path, shared, thread: Some(thread) })
     }
@@ -118,7 +118,7 @@ impl Drop for Server {
 /// The clients, and what serves them.
 struct Hall {
     listener: UnixListener,
-    desk: Desk,
+    handler: RequestHandler,
     clients: Vec<Client>,
     /// The number of the next client.
     next: u64,
@@ -131,11 +131,11 @@ struct Hall {
 
 impl Hall {
     fn serve(mut self) {
-        while !self.desk.shared.end.load(SeqCst) {
+        while !self.handler.shared.end.load(SeqCst) {
             let ready = self.wait();
             if ready.bell {
                 // Read to be silent again; how often it was rung does not matter.
-                let _ = rustix::io::read(&self.desk.shared.bell, &mut [0; 8]);
+                let _ = rustix::io::read(&self.handler.shared.bell, &mut [0; 8]);
             }
             self.pass_results_on();
             self.attend(&ready.clients);
@@ -144,7 +144,7 @@ impl Hall {
             }
             self.send_away();
         }
-        self.desk.stop.refuse_swaps();
+        self.handler.stop.refuse_swaps();
         self.pass_results_on();
     }
 
@@ -154,7 +154,7 @@ impl Hall {
         self.closed_until = self.closed_until.filter(|until| *until > now);
         let deadlines = self.clients.iter().map(|client| client.deadline).chain(self.closed_until);
         let patience = deadlines.min().map(|deadline| timespec(deadline.saturating_duration_since(now)));
-        let mut files = vec![PollFd::new(&self.desk.shared.bell, PollFlags::IN)];
+        let mut files = vec![PollFd::new(&self.handler.shared.bell, PollFlags::IN)];
         let door = if self.closed_until.is_none() { PollFlags::IN } else { PollFlags::empty() };
         files.push(PollFd::new(&self.listener, door));
         files.extend(
@@ -171,8 +171,8 @@ impl Hall {
     /// Serves the clients that have sent something, or that can take more of their answers.
     fn attend(&mut self, ready: &[bool]) {
         let mut ready = ready.iter().copied();
-        let (desk, done) = (&self.desk, &self.done);
-        self.clients.retain_mut(|client| ready.next() != Some(true) || proceed(client, desk, done));
+        let (handler, done) = (&self.handler, &self.done);
+        self.clients.retain_mut(|client| ready.next() != Some(true) || proceed(client, handler, done));
     }
 
     /// Accepts all clients that wait.
@@ -187,7 +187,7 @@ impl Hall {
                     let Ok(mut client) = Client::new(stream, self.next) else { continue };
                     self.next += 1;
                     // Mostly its request is there already.
-                    if proceed(&mut client, &self.desk, &self.done) {
+                    if proceed(&mut client, &self.handler, &self.done) {
                         self.clients.push(client);
                     }
                 }
@@ -232,11 +232,11 @@ impl Hall {
 }
 
 /// Does what can be done for a client without waiting; `false` if that was all.
-fn proceed(client: &mut Client, desk: &Desk, done: &Sender<(u64, Answer)>) -> bool {
+fn proceed(client: &mut Client, handler: &RequestHandler, done: &Sender<(u64, Answer)>) -> bool {
     match client.proceed() {
         Step::Pending => true,
         Step::Over => false,
-        Step::Request(line) => match desk.carry_out(&line, client.number, done) {
+        Step::Request(line) => match handler.carry_out(&line, client.number, done) {
             Some(answer) => client.answer(&answer),
             None => {
                 client.wait_for_swap();
@@ -256,14 +256,14 @@ struct Ready {
 }
 
 /// Carries requests out.
-struct Desk {
+struct RequestHandler {
     about: About,
-    stop: Stop,
+    stop: RunControl,
     shared: Arc<Shared>,
     start: Instant,
 }
 
-impl Desk {
+impl RequestHandler {
     /// The answer to a request; `None` if it comes later, through `done`.
     fn carry_out(&self, line: &str, client: u64, done: &Sender<(u64, Answer)>) -> Option<Answer> {
         match line.parse() {
@@ -298,14 +298,14 @@ impl Desk {
     fn ask_for(&self, swap: Swap, client: u64, done: Sender<(u64, Answer)>) {
         let (about, stop, shared, start) = (self.about.clone(), self.stop.clone(), self.shared.clone(), self.start);
         self.stop.swap(swap, move |result| {
-            let desk = Desk { about, stop, shared, start };
+            let handler = RequestHandler { about, stop, shared, start };
             let answer = match result {
-                Ok(step) => Answer::Status(Box::new(Status { swapped_at: Some(step), ..desk.status() })),
+                Ok(step) => Answer::Status(Box::new(Status { swapped_at: Some(step), ..handler.status() })),
                 Err(error) => Answer::Error { error },
             };
             // Without a server the client has gone, too.
             let _ = done.send((client, answer));
-            desk.shared.ring();
+            handler.shared.ring();
         });
     }
 

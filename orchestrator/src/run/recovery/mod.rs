@@ -203,19 +203,19 @@ impl Recovery {
         worker: usize,
         comeback: Comeback,
     ) -> Result<Option<u64>, RunError> {
-        let Engine::Processes { conductor, cast, .. } = engine else { return Ok(None) };
+        let Engine::Processes { conductor, programs, .. } = engine else { return Ok(None) };
         let network = conductor.plan().network.clone();
         let mut past = Past { network: &network, tail: &self.tail, log: &self.log, recorder };
         let name = &conductor.plan().workers[worker].name;
         let command = match comeback {
-            Comeback::Hold => cast.own_program(),
-            _ => cast.command(name, conductor.directory().path()).map_err(|failure| RunError::NotReplaced {
+            Comeback::Hold => programs.own_program(),
+            _ => programs.command(name, conductor.directory().path()).map_err(|failure| RunError::NotReplaced {
                 worker: name.clone(),
                 step: conductor.gauge().read().completed,
                 reason: failure.to_string(),
             })?,
         };
-        conductor.replace(worker, command, cast.core, comeback, &mut past)
+        conductor.replace(worker, command, programs.core, comeback, &mut past)
     }
 
     fn tell(&mut self, text: String) {

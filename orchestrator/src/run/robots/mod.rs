@@ -1,6 +1,6 @@
 //! The robots of a run: the bridges to them, and the emulators that are started for it.
 
-mod journal;
+mod log;
 
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -13,11 +13,11 @@ use hardware::health;
 use hardware::settings::Settings;
 use lockstep::{Channel, ChannelId, Input, Network, Node, Timing, WorkerPlan};
 
-pub(crate) use journal::Journal;
+pub(crate) use log::RobotLog;
 
 use crate::failure::Failure;
+use crate::run::priority::Priority;
 use crate::run::swap::{RobotSwap, Swap};
-use crate::run::urgency::Urgency;
 
 /// What the emulator prints before its address.
 pub(crate) const LISTENS: &str = "listens at ";
@@ -87,13 +87,13 @@ impl Robots {
         program: &Path,
         directory: &Path,
         swap: &Swap,
-        urgency: Urgency,
+        priority: Priority,
     ) -> Result<Command, Failure> {
         let number = swap.agent().unwrap_or(0);
         let settings = match swap.robot() {
             Some(RobotSwap::There { settings, .. }) => (**settings).clone(),
             Some(RobotSwap::Emulated(clock)) => {
-                let robot = self.start(program, directory, number, urgency)?;
+                let robot = self.start(program, directory, number, priority)?;
                 let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
                 Settings { clock: *clock, ..Settings::new(robot, any, number) }
             }
@@ -111,13 +111,13 @@ impl Robots {
         program: &Path,
         directory: &Path,
         number: u32,
-        urgency: Urgency,
+        priority: Priority,
     ) -> Result<SocketAddr, Failure> {
         let failed = || Failure::system(format!("start the emulator of robot {number}"));
         let mut command = Command::new(program);
         command.args(["robot", "--quiet", "--attached", "--agent", &number.to_string(), "--scenario"]);
         command.arg(directory.join(SCENARIO_FILE));
-        urgency.apply(&mut command);
+        priority.apply(&mut command);
         // Its stdin stays open as long as this process lives. A Ctrl-C at the terminal is for this process alone.
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut emulator = command.spawn().map_err(failed())?;

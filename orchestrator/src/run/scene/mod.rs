@@ -13,10 +13,10 @@
 //! What moves comes with 50 Hz of simulated time, or with every step if steps are longer. A scene follows from the samples
 //! alone, so that equal runs keep giving equal logs.
 
-mod cast;
+mod actors;
+mod bodies;
 mod message;
 mod moving;
-mod props;
 
 use formation::scenario::Obstacles;
 use formation::wiring::Assembly;
@@ -25,7 +25,7 @@ use processes::RunError;
 
 use super::observer::{Flow, Observer, StepView};
 use super::outcome::Ending;
-use cast::{Actor, Link, actors, links};
+use actors::{Actor, Link, actors, links};
 use message::{Level, journal, poses, transforms};
 use moving::{Links, Trails};
 use recording::definitions::{self, Definition, JOURNAL, MARKERS, POSES, TRANSFORMS};
@@ -160,12 +160,12 @@ impl Scene {
     }
 
     fn draw_what_rests(&mut self, step: u64, time_ns: u64, recorder: &mut Recorder) -> Result<(), LogError> {
-        props::bodies(&mut self.cdr, time_ns, &self.actors);
+        bodies::bodies(&mut self.cdr, time_ns, &self.actors);
         recorder.write(self.topics.bodies, step, self.cdr.bytes())?;
         if let (Some(obstacles), Some(channel)) = (&self.obstacles, self.topics.obstacles) {
             // The boundaries hold for the centre of an agent: those of the largest one.
             let radius = self.actors.iter().map(|actor| actor.radius).fold(0.0, f64::max);
-            props::obstacles(&mut self.cdr, time_ns, obstacles, radius);
+            bodies::obstacles(&mut self.cdr, time_ns, obstacles, radius);
             recorder.write(channel, step, self.cdr.bytes())?;
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::cast::{Actor, Link};
+use super::actors::{Actor, Link};
 use super::message::{Figure, Marker, marker, markers};
 use recording::Cdr;
 

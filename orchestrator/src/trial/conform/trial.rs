@@ -10,8 +10,8 @@ use processes::RunError;
 
 use super::supervise::End;
 use crate::failure::Failure;
-use crate::recorded::Tape;
-use crate::run::control::Stop;
+use crate::recorded::RecordedSamples;
+use crate::run::control::RunControl;
 use crate::run::engine::warn_of_leftovers;
 use crate::trial::replay::{Departures, Duet, Setup};
 
@@ -68,7 +68,7 @@ pub(super) fn attempt(
     let mut command = Command::new(std::env::current_exe().map_err(Failure::system("find this program"))?);
     command.arg("supervise").arg(&status).arg("--").args(words);
     let start = Instant::now();
-    let duet = match Duet::start(setup, |_| Ok(command), &Stop::new()) {
+    let duet = match Duet::start(setup, |_| Ok(command), &RunControl::new()) {
         Ok(duet) => duet,
         Err(Failure::Run(error)) => {
             trial.stopped = Some(error);
@@ -80,10 +80,10 @@ pub(super) fn attempt(
     trial.connected = Some(start.elapsed());
     let all: Vec<usize> = (0..network.nodes.len()).collect();
     // With signals of other names there is nothing to compare with; such a program should not have come this far.
-    let mut tape = Tape::open(setup.log, scenario, &setup.assembly.network, &all)?;
+    let mut samples = RecordedSamples::open(setup.log, scenario, &setup.assembly.network, &all)?;
     let mut conductor = duet.conductor;
     for step in 0..=periods {
-        if stop_after.is_some_and(|last| step == last) || !tape.wind(step)? {
+        if stop_after.is_some_and(|last| step == last) || !samples.advance_to(step)? {
             break;
         }
         if let Err(error) = conductor.step() {
@@ -93,7 +93,7 @@ pub(super) fn attempt(
         trial.steps = step + 1;
         for (node, place) in network.nodes.iter().enumerate() {
             for &channel in &place.outputs {
-                let (recorded, now) = (tape.words(channel), conductor.store().read(channel, step));
+                let (recorded, now) = (samples.words(channel), conductor.store().read(channel, step));
                 trial.look(setup, node, channel, step, recorded, now);
             }
         }

@@ -9,7 +9,7 @@ use lockstep::{Network, Plan, WorkerPlan};
 use processes::{Conductor, RunDirectory, RunError, Settings, pin_to_core};
 
 use crate::failure::Failure;
-use crate::run::control::Stop;
+use crate::run::control::RunControl;
 use crate::run::robots::{place_hands, with_hands};
 use crate::run::swap::{Swap, own_program, recording_command};
 
@@ -57,7 +57,7 @@ impl Duet {
     pub fn start(
         setup: &Setup,
         command: impl FnOnce(&Path) -> Result<Command, Failure>,
-        stop: &Stop,
+        stop: &RunControl,
     ) -> Result<Self, Failure> {
         let mut duet = Self::prepare(setup)?;
         let command = command(duet.conductor.directory().path())?;

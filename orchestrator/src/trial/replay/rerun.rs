@@ -9,8 +9,8 @@ use processes::RunError;
 use super::Departures;
 use super::duet::{Duet, Setup};
 use crate::failure::Failure;
-use crate::recorded::Tape;
-use crate::run::control::{Pace, Stop, TooLate};
+use crate::recorded::RecordedSamples;
+use crate::run::control::{Pace, RunControl, TooLate};
 use crate::run::engine::warn_of_leftovers;
 use crate::run::players::Player;
 use crate::run::recording::{create_log, header};
@@ -40,15 +40,15 @@ pub fn rerun(
     command: impl FnOnce(&Path) -> Result<Command, Failure>,
     tolerance: f64,
     out: Option<(&Path, &[Player])>,
-    stop: &Stop,
+    stop: &RunControl,
 ) -> Result<Outcome, Failure> {
     let assembly = setup.assembly;
     let (network, timing) = (setup.network, assembly.scenario.context.timing);
-    let mut tape = Tape::open(setup.log, &assembly.scenario, network, &[setup.only])?;
+    let mut samples = RecordedSamples::open(setup.log, &assembly.scenario, network, &[setup.only])?;
     let mut recorder =
         out.map(|(path, players)| create_log(&LogPlace::claim(path)?, assembly, network, players)).transpose()?;
-    if !tape.wind(0)? {
-        return Err(tape.over(0).into());
+    if !samples.advance_to(0)? {
+        return Err(samples.over(0).into());
     }
     let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
     let is_free = setup.robot.and_then(Swap::robot).is_some_and(RobotSwap::is_free);
@@ -60,7 +60,7 @@ pub fn rerun(
     let mut departures = Departures::new(network, tolerance, timing.dt);
     let (mut stopped, mut too_late) = (None, None);
     for step in 0..=timing.periods() {
-        if !tape.wind(step)? {
+        if !samples.advance_to(step)? {
             break;
         }
         if let Some(pace) = &mut pace {
@@ -79,7 +79,7 @@ pub fn rerun(
         }
         let store = conductor.store();
         for &channel in &network.nodes[setup.only].outputs {
-            departures.compare(network, channel, step, tape.words(channel), store.read(channel, step));
+            departures.compare(network, channel, step, samples.words(channel), store.read(channel, step));
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(step, store, |channel| header(network, timing.period(), store, channel, step))?;

@@ -7,7 +7,7 @@ use super::*;
 /// A server in a folder of its own.
 struct Bench {
     server: Option<Server>,
-    stop: Stop,
+    stop: RunControl,
     folder: PathBuf,
 }
 
@@ -26,7 +26,7 @@ impl Bench {
             processes: 2,
             participants: vec!["plant".into()],
         };
-        let stop = Stop::new();
+        let stop = RunControl::new();
         let server = Server::start(&folder, about, stop.clone()).unwrap();
         Self { server: Some(server), stop, folder }
     }

@@ -2,7 +2,7 @@
 
 use formation::scenario::Obstacles;
 
-use super::cast::Actor;
+use super::actors::Actor;
 use super::message::{Figure, Marker, Pose, marker, markers};
 use recording::Cdr;
 

@@ -9,8 +9,8 @@ use recording::{Durability, ENCAPSULATION, ExtraChannel, LogError, Recorder, own
 /// Where the times of the steps are.
 const TOPIC: &str = "/phalanx/pace";
 
-/// Writes the journal of one run.
-pub(crate) struct Journal {
+/// Writes the robot log of one run.
+pub(crate) struct RobotLog {
     pace: ExtraChannel,
     misses: u64,
     skipped: u64,
@@ -34,7 +34,7 @@ struct State {
     halts: f64,
 }
 
-impl Journal {
+impl RobotLog {
     /// For a run of `network`, to whose log the topic is added.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Journal {
     }
 }
 
-impl Observer for Journal {
+impl Observer for RobotLog {
     /// Writes how the step was started, and remarks what has become of the robots.
     fn step(&mut self, view: &mut StepView, log: Option<&mut Recorder>) -> Result<Flow, LogError> {
         let (start, step, store) = (view.start, view.step, view.store);

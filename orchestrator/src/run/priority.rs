@@ -11,12 +11,12 @@ const CHRT: &str = "chrt";
 
 /// How urgent the processes of a run are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Urgency {
+pub struct Priority {
     /// SCHED_FIFO priority, 1 to 99; `None`: normal scheduling.
     pub priority: Option<u8>,
 }
 
-impl Urgency {
+impl Priority {
     /// Makes this thread urgent, and with it all processes and threads that it starts from now on. Where that is not
     /// permitted, a line on stderr says so, and everything goes on as usual.
     pub(crate) fn claim(self) {

@@ -9,14 +9,14 @@ use super::ReplayError;
 use recording::{Head, Stream};
 
 /// The recorded samples of some channels, step by step.
-pub struct Tape {
+pub struct RecordedSamples {
     stream: Stream,
     /// The topic of the stream that a channel of the network is.
     topics: Vec<Option<usize>>,
     period: Period,
 }
 
-impl Tape {
+impl RecordedSamples {
     /// Opens the log `path` to play what these `nodes` of `network` publish, in a run of `scenario`.
     ///
     /// # Errors
@@ -49,11 +49,11 @@ impl Tape {
         Ok(Self { stream, topics, period: scenario.context.timing.period() })
     }
 
-    /// Winds the tape to `step`; never back. `false` if the recording ends before.
+    /// Advances to `step`; never back. `false` if the recording ends before.
     ///
     /// # Errors
     /// [`ReplayError::Log`] if the log is damaged, [`ReplayError::Step`] if its steps are not those of the run.
-    pub fn wind(&mut self, step: u64) -> Result<bool, ReplayError> {
+    pub fn advance_to(&mut self, step: u64) -> Result<bool, ReplayError> {
         while self.stream.step().is_none_or(|current| current < step) {
             if !self.stream.advance()? {
                 return Ok(false);
@@ -72,7 +72,7 @@ impl Tape {
         Ok(true)
     }
 
-    /// Why there is no `step` on the tape.
+    /// The error if the recording ends before `step`.
     pub fn over(&self, step: u64) -> ReplayError {
         let last = match self.stream.step() {
             Some(last) => format!("ends with step {last} ({} s)", self.stream.time_ns() as f64 / 1e9),
@@ -84,12 +84,12 @@ impl Tape {
         ReplayError::Step { path: self.stream.path().into(), what }
     }
 
-    /// The recorded numbers of a channel at the step that the tape is wound to.
+    /// The recorded numbers of a channel at the current step.
     ///
     /// # Panics
     /// If the channel was not asked for when it was opened, or no step was read yet.
     pub fn words(&self, channel: ChannelId) -> &[f64] {
-        let topic = self.topics[channel.0].expect("a channel of the tape");
+        let topic = self.topics[channel.0].expect("a channel that is recorded");
         self.stream.words(topic)
     }
 }
