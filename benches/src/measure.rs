@@ -108,7 +108,7 @@ pub(crate) fn processes_by(
     })
 }
 
-/// Memory that a process shares with nobody, bytes.
+/// Private memory of a process, bytes.
 fn private_memory(pid: u32) -> Option<u64> {
     let text = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).ok()?;
     let lines = text.lines().filter(|line| line.starts_with("Private_"));

@@ -163,10 +163,10 @@ impl Participant {
             self.connect()?;
         }
         let Stage::Running(link) = &mut self.stage else { return Ok(false) };
-        let turn = link.next().map_err(|fault| fault.0);
-        match turn {
-            Ok(Some(turn)) => {
-                self.step = turn.step;
+        let due = link.next().map_err(|fault| fault.0);
+        match due {
+            Ok(Some(due)) => {
+                self.step = due.step;
                 self.write_unbound();
                 Ok(true)
             }

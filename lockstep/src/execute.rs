@@ -5,16 +5,16 @@
 use crate::store::is_unwritten;
 use crate::{Channel, Fault, Header, Io, Network, Participant, Period, Ports, Status, Step, Store};
 
-/// A participant in its place in the network.
+/// A participant with its node in the network.
 pub(crate) struct Member {
-    pub(crate) place: Place,
+    pub(crate) runner: NodeRunner,
     participant: Box<dyn Participant>,
 }
 
 impl Member {
     /// The participant of node number `node`.
     pub(crate) fn new(network: &Network, node: usize, participant: Box<dyn Participant>) -> Self {
-        Self { place: Place::new(network, node), participant }
+        Self { runner: NodeRunner::new(network, node), participant }
     }
 
     /// Runs the node at `step`, or holds its last outputs if it is not its turn. `stamp` is the [`stamp`] of the step.
@@ -28,16 +28,16 @@ impl Member {
         step: &Step,
         stamp: &Header,
     ) -> Result<(), Fault> {
-        if !self.place.is_due(network, store, step) {
+        if !self.runner.is_due(network, store, step) {
             return Ok(());
         }
-        self.participant.step(step, &mut self.place.io(store, step))?;
-        self.place.finish(network, store, step, stamp)
+        self.participant.step(step, &mut self.runner.io(store, step))?;
+        self.runner.finish(network, store, step, stamp)
     }
 }
 
-/// A node as far as its steps are concerned, whoever computes them.
-pub struct Place {
+/// Runs the steps of a node, except for the computation itself: checks which steps are its own, and its outputs.
+pub struct NodeRunner {
     /// Number of the node in the network.
     pub node: usize,
     ports: Ports,
@@ -47,8 +47,8 @@ pub struct Place {
     always: bool,
 }
 
-impl Place {
-    /// The place of node number `node`.
+impl NodeRunner {
+    /// For node number `node`.
     pub fn new(network: &Network, node: usize) -> Self {
         let place = &network.nodes[node];
         let agents = place.outputs.iter().map(|output| network.channels[output.0].agent).collect();

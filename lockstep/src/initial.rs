@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::execute::{Place, all_finite};
+use crate::execute::{NodeRunner, all_finite};
 use crate::{ChannelId, LoopError, Network, Participant, Step, Store, Timing};
 
 /// Gives those channels an initial sample that are read before they are written: by delayed edges at step 0, and by any edge if
@@ -23,9 +23,9 @@ pub fn set(network: &mut Network, mut starters: Vec<(usize, Box<dyn Participant>
     starters.sort_by_key(|&(node, _)| (phases[node], node));
     let (mut store, step) = (Store::of(network), Step { index: 0, dt });
     for (node, mut participant) in starters {
-        let place = Place::new(network, node);
-        place.forget(&mut store, &step);
-        let computed = participant.step(&step, &mut place.io(&mut store, &step)).is_ok();
+        let runner = NodeRunner::new(network, node);
+        runner.forget(&mut store, &step);
+        let computed = participant.step(&step, &mut runner.io(&mut store, &step)).is_ok();
         for &output in &network.nodes[node].outputs {
             let sample = store.read(output, 0);
             let sample = if computed && all_finite(sample) { sample.to_vec() } else { vec![0.0; sample.len()] };

@@ -73,14 +73,14 @@ impl Local {
             .map(|(node, participant)| Member::new(&network, node, participant))
             .collect();
         // Stable: within a phase the order of the network stays.
-        members.sort_by_key(|member| phases[member.place.node]);
+        members.sort_by_key(|member| phases[member.runner.node]);
         let store = Store::of(&network);
         let period = Period::from_seconds(dt).unwrap_or_else(|| Period::nanoseconds((dt * 1e9).round() as u64));
         let counts = Arc::new(LocalCounts::new(members.len()));
         Ok(Self { members, network, phases, store, next: Step { index: 0, dt }, period, counts })
     }
 
-    /// Runs one step of everybody and returns its number. Nodes that run at a lower rate hold their outputs in between.
+    /// Runs one step of all nodes and returns its number. Nodes that run at a lower rate hold their outputs in between.
     ///
     /// # Errors
     /// [`StepError`] if a participant faults or an output is not finite; the run cannot go on then.
@@ -91,12 +91,12 @@ impl Local {
         for member in &mut self.members {
             let start = timed.then(clock::now);
             member.run(&self.network, &mut self.store, &step, &stamp).map_err(|fault| StepError {
-                node: self.network.nodes[member.place.node].name.clone(),
+                node: self.network.nodes[member.runner.node].name.clone(),
                 step: step.index,
                 fault,
             })?;
             if let Some(start) = start {
-                self.counts.spent_ns[member.place.node].fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
+                self.counts.spent_ns[member.runner.node].fetch_add(start.elapsed().as_nanos() as u64, Relaxed);
             }
         }
         self.next.index += 1;

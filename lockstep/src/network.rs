@@ -70,7 +70,7 @@ impl Node {
     }
 }
 
-/// Same-step edges that form a loop: nobody could run first.
+/// Same-step edges that form a loop: no node could run first.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("algebraic loop: {} -> {}; make one of these edges delayed", .0.join(" -> "), .0[0])]
 pub struct LoopError(pub Vec<String>);
@@ -85,7 +85,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Which node writes each channel (`None`: nobody does).
+    /// Which node writes each channel (`None`: none does).
     pub fn writers(&self) -> Vec<Option<usize>> {
         let mut writers = vec![None; self.channels.len()];
         for (index, node) in self.nodes.iter().enumerate() {

@@ -25,7 +25,7 @@ pub enum Wake {
     #[default]
     Futex,
     /// Events of iceoryx2, for systems without futexes that processes can share. They take longer, and since one is lost now
-    /// and then, whoever sleeps looks up every few milliseconds.
+    /// and then, sleeping processes read the page every few milliseconds.
     Events,
 }
 
@@ -68,7 +68,7 @@ pub struct Plan {
 /// A plan that cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// Nobody could run first.
+    /// No node could run first.
     #[error(transparent)]
     Loop(#[from] LoopError),
     /// Two nodes or two workers with one name.

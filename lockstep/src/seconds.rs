@@ -5,7 +5,7 @@ use std::time::Duration;
 /// The longest time that anything may be told to wait, s: a day.
 pub const LONGEST_WAIT: f64 = 86_400.0;
 
-/// A time that somebody configured, if it can be waited for: above 0, and a day at most.
+/// A configured time, if it can be waited for: above 0, and a day at most.
 ///
 /// # Errors
 /// A message that says what was expected.

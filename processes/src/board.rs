@@ -1,6 +1,6 @@
 //! The channels of a run as iceoryx2 services: a blackboard for up to 64 channels of a worker, a ring of cells per channel.
 //!
-//! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while somebody still needs it
+//! A blackboard keeps the latest value only. A sample of step k must not replace that of k-1 while a reader still needs it
 //! (delayed edges), and the conductor records several steps at a time; so every channel has cells for the last [`RING`] steps.
 //!
 //! A process that takes the place of another one writes to services of its own: a writer that was killed leaves its cells
@@ -12,13 +12,13 @@ use std::path::Path;
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
+use crate::board_parts::{BoardPart, BoardParts};
 pub(crate) use crate::cell::RING;
 use crate::cell::{Class, ReadRing, WriteRing, class_for};
 use crate::directory;
 use crate::page::Page;
 use crate::seal::SealKey;
 use crate::service::{ServiceError, configuration, error};
-use crate::shares::{Share, Shares};
 use lockstep::PlanError;
 use lockstep::{ChannelId, Header, Network, Plan, Status, Store};
 
@@ -35,7 +35,7 @@ const READER_BYTES: usize = 256;
 const SERVICE_BYTES: usize = 32 << 10;
 
 /// This process as iceoryx2 sees it.
-pub(crate) struct Hub {
+pub(crate) struct Boards {
     node: iceoryx2::node::Node<ipc::Service>,
 }
 
@@ -81,7 +81,7 @@ enum Wrong {
     Altered,
 }
 
-impl Hub {
+impl Boards {
     /// Joins the run whose directory this is.
     ///
     /// # Errors
@@ -116,14 +116,14 @@ impl Hub {
     pub(crate) fn create<'a>(
         &self,
         plan: &'a Plan,
-        share: &'a Share,
+        part: &'a BoardPart,
         incarnation: u32,
         readers: usize,
     ) -> Result<Board<'a>, ServiceError> {
         let network = &plan.network;
-        let name = service_name(plan, share, incarnation);
+        let name = service_name(plan, part, incarnation);
         let what = || format!("create service {name}");
-        let cells = share.channels.iter().map(|&(channel, _)| Ok(class_of(network, channel)?.bytes()));
+        let cells = part.channels.iter().map(|&(channel, _)| Ok(class_of(network, channel)?.bytes()));
         let cells: usize = cells.sum::<Result<usize, ServiceError>>()? * RING as usize;
         directory::require_room(CELL_COPIES * cells + READER_BYTES * readers + SERVICE_BYTES)
             .map_err(|error| ServiceError { what: what(), cause: error.to_string() })?;
@@ -134,11 +134,11 @@ impl Hub {
             .blackboard_creator::<u64>()
             .max_readers(readers + 1 + SPARE)
             .max_nodes(readers + 2 + SPARE);
-        for (number, &(channel, _)) in share.channels.iter().enumerate() {
+        for (number, &(channel, _)) in part.channels.iter().enumerate() {
             creator = class_of(network, channel)?.add(creator, number);
         }
         let service = creator.create().map_err(error(what()))?;
-        Ok(Board { network, share, incarnation, name, service })
+        Ok(Board { network, part, incarnation, name, service })
     }
 
     /// Opens a service of one process of its worker, which must exist.
@@ -148,21 +148,21 @@ impl Hub {
     pub(crate) fn open<'a>(
         &self,
         plan: &'a Plan,
-        share: &'a Share,
+        part: &'a BoardPart,
         incarnation: u32,
     ) -> Result<Board<'a>, ServiceError> {
-        let name = service_name(plan, share, incarnation);
+        let name = service_name(plan, part, incarnation);
         let service_name = name.as_str().try_into().map_err(error(format!("service {name}")))?;
         let opener = self.node.service_builder(&service_name).blackboard_opener::<u64>();
         let service = opener.open().map_err(error(format!("open service {name}")))?;
-        Ok(Board { network: &plan.network, share, incarnation, name, service })
+        Ok(Board { network: &plan.network, part, incarnation, name, service })
     }
 }
 
 /// An open service.
 pub(crate) struct Board<'a> {
     network: &'a Network,
-    share: &'a Share,
+    part: &'a BoardPart,
     incarnation: u32,
     name: String,
     service: PortFactory<ipc::Service, u64>,
@@ -181,7 +181,7 @@ impl Board<'_> {
             let key = SealKey::of(channel, self.incarnation);
             Ok(ChannelWriter { channel, key, cells })
         };
-        self.share.channels.iter().enumerate().map(open).collect()
+        self.part.channels.iter().enumerate().map(open).collect()
     }
 
     /// Becomes a reader of those of the service's channels that are `wanted`.
@@ -191,7 +191,7 @@ impl Board<'_> {
     pub(crate) fn readers(&self, wanted: impl Fn(&ChannelId) -> bool) -> Result<Vec<ChannelReader>, ServiceError> {
         let failed = || format!("read from service {}", self.name);
         let port = self.service.reader_builder().create().map_err(error(failed()))?;
-        let &Share { worker: host, part, .. } = self.share;
+        let &BoardPart { worker: host, number: part, .. } = self.part;
         let incarnation = self.incarnation;
         let open = |(number, &(channel, writer)): (usize, &(ChannelId, usize))| {
             let cells = class_of(self.network, channel)?.reader(&port, number).map_err(error(failed()))?;
@@ -199,7 +199,7 @@ impl Board<'_> {
             let key = SealKey::of(channel, incarnation);
             Ok(ChannelReader { channel, writer, host, part, incarnation, always, key, cells })
         };
-        self.share.channels.iter().enumerate().filter(|(_, (channel, _))| wanted(channel)).map(open).collect()
+        self.part.channels.iter().enumerate().filter(|(_, (channel, _))| wanted(channel)).map(open).collect()
     }
 }
 
@@ -296,7 +296,7 @@ impl BadSample {
 /// # Errors
 /// [`ServiceError`] if a service cannot be opened.
 pub(crate) fn follow<'a>(
-    hub: &Hub,
+    boards: &Boards,
     page: &Page,
     plan: &Plan,
     readers: impl Iterator<Item = &'a mut ChannelReader>,
@@ -306,10 +306,10 @@ pub(crate) fn follow<'a>(
     for reader in readers.filter(is_left) {
         left.entry((reader.host, reader.part)).or_default().insert(reader.channel, reader);
     }
-    let shares = Shares::of(plan);
+    let parts = BoardParts::of(plan);
     for ((host, part), mut readers) in left {
         // One port for all channels of a service, which has places for few.
-        let board = hub.open(plan, &shares.of_worker(host)[part], page.incarnation(host))?;
+        let board = boards.open(plan, &parts.of_worker(host)[part], page.incarnation(host))?;
         for fresh in board.readers(|channel| readers.contains_key(channel))? {
             if let Some(reader) = readers.get_mut(&fresh.channel) {
                 **reader = fresh;
@@ -320,8 +320,8 @@ pub(crate) fn follow<'a>(
 }
 
 /// Names a service of one process of a worker.
-fn service_name(plan: &Plan, share: &Share, incarnation: u32) -> String {
-    format!("{}/out.{incarnation}.{}", plan.workers[share.worker].name, share.part)
+fn service_name(plan: &Plan, part: &BoardPart, incarnation: u32) -> String {
+    format!("{}/out.{incarnation}.{}", plan.workers[part.worker].name, part.number)
 }
 
 fn class_of(network: &Network, channel: ChannelId) -> Result<Class, ServiceError> {

@@ -80,7 +80,7 @@ fn maps_run(line: &[u8], address: usize) -> bool {
 fn replace_page(address: usize) -> bool {
     let size = rustix::param::page_size();
     let page = (address & !(size - 1)) as *mut _;
-    // SAFETY: the page belongs to a mapping of a file that is not there any more; whoever refers to it reads zeros.
+    // SAFETY: the page belongs to a mapping of a file that is not there any more; references to it read zeros.
     let mapped = unsafe {
         rustix::mm::mmap_anonymous(page, size, ProtFlags::READ | ProtFlags::WRITE, MapFlags::PRIVATE | MapFlags::FIXED)
     };

@@ -88,7 +88,7 @@ where
     let Some(entry) = ring[place].take() else { return };
     let mut loan = entry.loan_uninit();
     let cell = loan.value_mut().as_mut_ptr();
-    // SAFETY: the loan is a cell of shared memory that nobody reads until the update. The header is written whole; the words
+    // SAFETY: the loan is a cell of shared memory that no process reads until the update. The header is written whole; the words
     // may stay unwritten where the sample ends, since their type allows for it.
     ring[place] = Some(unsafe {
         (&raw mut (*cell).header).write(*header);

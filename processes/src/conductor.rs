@@ -1,20 +1,20 @@
 //! The process that runs the others: creates what they share, starts them, beats the time, ends them.
 
-mod alarm;
-mod arrange;
-mod balance;
+mod affinity;
 mod child;
-mod crew;
+mod core_tuning;
 mod damage;
 mod error;
-mod gauge;
-mod guardian;
+mod output_reader;
 mod poll;
 mod ports;
-mod pump;
 mod replace;
-mod tempo;
+mod statistics;
+mod status;
+mod supervisor;
 mod wait;
+mod worker_processes;
+mod yield_tuning;
 
 use std::collections::BTreeSet;
 use std::marker::PhantomData;
@@ -23,25 +23,25 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-pub use alarm::Interrupt;
-pub use arrange::Balanced;
+pub use affinity::CoreFindings;
 pub use error::{Activity, Death, Late, RunError};
-pub use gauge::{Gauge, PhaseUsage, Snapshot, Span, WorkerUsage};
 pub use replace::History;
+pub use statistics::{PhaseUsage, Snapshot, Span, Statistics, WorkerUsage};
+pub use status::Interrupt;
 
-use alarm::Alarm;
-use arrange::Arrangement;
-use crew::Crew;
+use affinity::CoreAffinity;
 use damage::Allowance;
 use error::system;
-use guardian::Guardian;
 use ports::Ports;
-use tempo::Tempo;
+use status::RunStatus;
+use supervisor::Supervisor;
+use worker_processes::WorkerProcesses;
+use yield_tuning::YieldTuning;
 
 use crate::board::RING;
-use crate::lineage::Lineage;
+use crate::board_parts::BoardParts;
+use crate::descendants::Descendants;
 use crate::page::{Events, Page};
-use crate::shares::Shares;
 use crate::{RunDirectory, bus, directory};
 use lockstep::{Plan, Store, Wake};
 
@@ -76,9 +76,9 @@ impl Default for Settings {
 /// The processes die with the thread that spawned them; that is why a conductor cannot be sent to another thread.
 pub struct Conductor {
     // Dropped in this order: first the processes, then what they share, last the directory.
-    crew: Crew,
+    workers: WorkerProcesses,
     ports: Ports,
-    shares: Shares,
+    parts: BoardParts,
     /// How many processes read from each service, by worker and service.
     reader_counts: Vec<Vec<usize>>,
     store: Store,
@@ -86,8 +86,8 @@ pub struct Conductor {
     directory: RunDirectory,
     settings: Settings,
     recording: bool,
-    tempo: Tempo,
-    arrangement: Arrangement,
+    yield_tuning: YieldTuning,
+    affinity: CoreAffinity,
     /// How many steps the workers may be ahead of the step that is returned next.
     ahead: u64,
     /// What the page must say about that.
@@ -111,17 +111,17 @@ impl Conductor {
         plan.wake = settings.wake;
         directory.write_plan(&plan)?;
         // Early: it has a copy of what this process has in memory.
-        let lineage = Lineage::new();
-        directory.note_lineage(lineage)?;
-        let guardian = Guardian::start(lineage).map_err(system("start the process that guards the run"))?;
+        let descendants = Descendants::new();
+        directory.note_descendants(descendants)?;
+        let supervisor = Supervisor::start(descendants).map_err(system("start the process that guards the run"))?;
         bus::stand_in_for_missing_memory();
         let mut ports = Ports::open(directory.path(), &plan.run)?;
-        let shares = Shares::of(&plan);
-        let reader_counts = reader_counts(&shares, &plan, settings.replacements as usize);
-        ports.extend(|hub, readers| {
-            for share in shares.all() {
-                let processes = reader_counts[share.worker][share.part];
-                readers.extend(hub.create(&plan, share, 0, processes)?.readers(|_| true)?);
+        let parts = BoardParts::of(&plan);
+        let reader_counts = reader_counts(&parts, &plan, settings.replacements as usize);
+        ports.extend(|boards, readers| {
+            for part in parts.all() {
+                let processes = reader_counts[part.worker][part.number];
+                readers.extend(boards.create(&plan, part, 0, processes)?.readers(|_| true)?);
             }
             readers.sort_by_key(|reader| reader.channel);
             Ok::<(), RunError>(())
@@ -131,25 +131,26 @@ impl Conductor {
             Wake::Events => Some(Events::create(directory.path(), &plan, settings.replacements as usize)?),
         };
         directory.protect()?;
-        directory::require_room(room_of_workers(&shares, &plan)).map_err(system("start the processes of the run"))?;
+        directory::require_room(room_of_workers(&parts, &plan)).map_err(system("start the processes of the run"))?;
         let page = Page::create(&plan).map_err(system("create the shared page"))?;
         page.use_events(events);
-        let alarm = Arc::new(Alarm::new(page, plan.workers.len()));
-        let crew = Crew::new(&plan, alarm, settings.grace, settings.forward_output, (lineage, guardian))?;
+        let status = Arc::new(RunStatus::new(page, plan.workers.len()));
+        let workers =
+            WorkerProcesses::new(&plan, status, settings.grace, settings.forward_output, (descendants, supervisor))?;
         let segments = directory.segments();
         let store = Store::of(&plan.network);
         Ok(Self {
-            crew,
+            workers,
             ports,
-            shares,
+            parts,
             reader_counts,
             store,
             plan,
             directory,
             settings,
             recording: true,
-            tempo: Tempo::new(),
-            arrangement: Arrangement::default(),
+            yield_tuning: YieldTuning::new(),
+            affinity: CoreAffinity::default(),
             ahead: RING - 1,
             allowance: Allowance::default(),
             segments,
@@ -165,7 +166,7 @@ impl Conductor {
     /// # Errors
     /// [`RunError::System`] if the folder cannot be created.
     pub fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
-        self.crew.keep_output(folder)
+        self.workers.keep_output(folder)
     }
 
     /// Starts the process of worker number `worker` with `command`, pinned to `cpu` if one is given, and returns its pid.
@@ -179,7 +180,7 @@ impl Conductor {
     /// # Panics
     /// If the plan has no such worker.
     pub fn spawn(&mut self, worker: usize, command: Command, cpu: Option<usize>) -> Result<u32, RunError> {
-        self.crew.spawn(worker, command, cpu, self.directory.path(), None)
+        self.workers.spawn(worker, command, cpu, self.directory.path(), None)
     }
 
     /// Waits until all workers are connected.
@@ -190,7 +191,7 @@ impl Conductor {
         let start = Instant::now();
         let workers = 0..self.plan.workers.len();
         loop {
-            let page = &self.crew.alarm.page;
+            let page = &self.workers.status.page;
             let rings = page.rings();
             if page.ready_count() == workers.len() {
                 self.ready = true;
@@ -200,7 +201,7 @@ impl Conductor {
             let left = timeout.saturating_sub(start.elapsed());
             if left.is_zero() {
                 let missing =
-                    workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.crew.late(worker, None));
+                    workers.filter(|&worker| !page.is_ready(worker)).map(|worker| self.workers.late(worker, None));
                 return Err(RunError::NotReady { missing: missing.collect(), waited: timeout });
             }
             page.sleep(rings, left);
@@ -224,10 +225,10 @@ impl Conductor {
             self.wait_ready(Duration::ZERO)?;
         }
         self.look_at_page(step)?;
-        self.allowance.allow(&self.crew.alarm.page, (step + self.ahead + 1).min(self.plan.steps));
+        self.allowance.allow(&self.workers.status.page, (step + self.ahead + 1).min(self.plan.steps));
         self.await_step(step).map_err(|error| self.explain(step, error))?;
-        self.tempo.at(step, &self.crew.alarm.page);
-        self.arrange(step);
+        self.yield_tuning.at(step, &self.workers.status.page);
+        self.adjust_cores(step);
         if self.recording {
             for reader in self.ports.readers.iter() {
                 if let Err(bad) = reader.fetch(&self.plan.network, &mut self.store, step) {
@@ -244,8 +245,8 @@ impl Conductor {
     /// Lets the workers be up to `steps` ahead of the step that [`step`](Self::step) returns next; more than 7, which is the
     /// default, counts as 7. It changes no bit of the result, and a run that fails still returns all steps before.
     ///
-    /// The further ahead, the less often the conductor has to be woken. With 0 nobody runs before `step` is called: for
-    /// steps at given times, or if somebody looks at the participants in between. Steps that were allowed before still run.
+    /// The further ahead, the less often the conductor has to be woken. With 0 no worker runs before `step` is called: for
+    /// steps at given times, or if the participants are inspected in between. Steps that were allowed before still run.
     pub fn set_ahead(&mut self, steps: u64) {
         self.ahead = steps.min(RING - 1);
     }
@@ -277,17 +278,17 @@ impl Conductor {
 
     /// The process of a worker, once it is spawned.
     pub fn pid(&self, worker: usize) -> Option<u32> {
-        self.crew.pid(worker)
+        self.workers.pid(worker)
     }
 
     /// A handle to interrupt the run from another thread.
     pub fn interrupt(&self) -> Interrupt {
-        Interrupt(Arc::clone(&self.crew.alarm))
+        Interrupt(Arc::clone(&self.workers.status))
     }
 
     /// A handle to look at the run's counters, also from another thread.
-    pub fn gauge(&self) -> Gauge {
-        Gauge::new(Arc::clone(&self.crew.alarm), &self.plan)
+    pub fn statistics(&self) -> Statistics {
+        Statistics::new(Arc::clone(&self.workers.status), &self.plan)
     }
 
     /// Ends the run in order: tells all workers, gives them the grace period, kills who remains, removes all files.
@@ -295,22 +296,22 @@ impl Conductor {
     /// # Errors
     /// [`RunError::Directory`] if a file cannot be removed.
     pub fn finish(self) -> Result<(), RunError> {
-        let Self { crew, ports, directory, .. } = self;
-        drop(crew);
+        let Self { workers, ports, directory, .. } = self;
+        drop(workers);
         drop(ports);
         Ok(directory.close()?)
     }
 }
 
 /// Bytes of shared memory that the workers will take for themselves: a small file for every service that each uses, and some.
-fn room_of_workers(shares: &Shares, plan: &Plan) -> usize {
+fn room_of_workers(parts: &BoardParts, plan: &Plan) -> usize {
     /// What a file takes at least.
     const FILE: usize = 4 << 10;
     /// Files of a worker besides those of services.
     const OTHERS: usize = 4;
     let events = usize::from(plan.wake == Wake::Events);
-    let written = shares.all().count();
-    let read: usize = shares.readers(plan).iter().flatten().map(BTreeSet::len).sum();
+    let written = parts.all().count();
+    let read: usize = parts.readers(plan).iter().flatten().map(BTreeSet::len).sum();
     // With events, a file for every gate that it listens at, and those of one more node.
     let listeners = |nodes: &Vec<usize>| events * (nodes.len() + OTHERS);
     let others: usize = plan.workers.iter().map(|worker| listeners(&worker.nodes) + OTHERS).sum();
@@ -318,9 +319,9 @@ fn room_of_workers(shares: &Shares, plan: &Plan) -> usize {
 }
 
 /// How many worker processes read from each service, by worker and service, if each is replaced so often.
-fn reader_counts(shares: &Shares, plan: &Plan, replacements: usize) -> Vec<Vec<usize>> {
+fn reader_counts(parts: &BoardParts, plan: &Plan, replacements: usize) -> Vec<Vec<usize>> {
     // A successor of the writer reads what was published before it; so does the conductor once more.
     let with_successors = |readers: &BTreeSet<usize>| (readers.len() + 1) * (replacements + 1) + replacements;
     let of_worker = |readers: &Vec<BTreeSet<usize>>| readers.iter().map(with_successors).collect();
-    shares.readers(plan).iter().map(of_worker).collect()
+    parts.readers(plan).iter().map(of_worker).collect()
 }

@@ -21,7 +21,7 @@ pub fn allowed_cores() -> io::Result<Vec<usize>> {
 ///
 /// A run is fastest if the conductor shares the core of its workers: waking a process on another core takes many times as
 /// long as switching to it on the same one. For the same reason the thread asks not to interrupt others when it is woken
-/// (`SCHED_BATCH`): who wakes many wakes them all before it is their turn.
+/// (`SCHED_BATCH`): a process that wakes many wakes them all before one of them runs.
 ///
 /// # Errors
 /// If there is no such core, or if it is not allowed.
@@ -55,7 +55,7 @@ pub(crate) fn settle(cores: &CpuSet) -> io::Result<()> {
     // SAFETY: two system calls about the calling thread; the parameter outlives the call. If the second one is refused, the
     // thread is as fast as it was.
     unsafe {
-        // A real-time policy is somebody's decision and stays.
+        // A real-time policy was chosen by the user and stays.
         if libc::sched_getscheduler(0) == libc::SCHED_OTHER {
             libc::sched_setscheduler(0, libc::SCHED_BATCH, &libc::sched_param { sched_priority: 0 });
         }

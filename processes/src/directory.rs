@@ -2,11 +2,11 @@
 //!
 //! A run holds the lock of its directory as long as it lives; the kernel takes it from a process that ends, however it ends.
 //! The directory is made under a hidden name and gets its own one when it is locked; it is removed under a hidden name again.
-//! So a directory with the name of a run is always locked by its run, or that of a dead one, and nobody has to wait for
-//! anybody.
+//! So a directory with the name of a run is always locked by its run, or that of a dead one, and no process has to wait for
+//! another.
 
-mod door;
-mod homes;
+mod join_lock;
+mod locations;
 mod segments;
 
 use std::fs::{self, OpenOptions, TryLockError};
@@ -19,10 +19,10 @@ use lockstep::{PLAN_FILE, Plan, PlanError};
 use rustix::fs::{OFlags, statvfs};
 use rustix::io::Errno;
 
-pub(crate) use door::Door;
-use homes::Home;
+pub(crate) use join_lock::JoinLock;
+use locations::Location;
 
-use crate::lineage::Lineage;
+use crate::descendants::Descendants;
 
 /// Where POSIX shared memory lives on Linux; a tmpfs, so nothing here waits for a disk.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
@@ -86,7 +86,7 @@ impl RunDirectory {
     pub fn create(base: &str) -> Result<Self, DirectoryError> {
         let base = clean(base);
         let mut refused = None;
-        for place in Home::candidates() {
+        for place in Location::candidates() {
             match Self::create_at(&place, &base) {
                 Ok(Some(directory)) => return Ok(directory),
                 Ok(None) => {}
@@ -97,15 +97,15 @@ impl RunDirectory {
         }
         Err(refused.unwrap_or_else(|| {
             let source = io::Error::other("every name for the directory of all runs belongs to others");
-            DirectoryError { path: homes::preferred(), action: "use", source }
+            DirectoryError { path: locations::preferred(), action: "use", source }
         }))
     }
 
     /// A directory in that of all runs at `place`; `None` if something else is there.
     fn create_at(place: &Path, base: &str) -> Result<Option<Self>, DirectoryError> {
         for _ in 0..ATTEMPTS {
-            let Some(home) = Home::ensure(place.into()).map_err(at(place, "create"))? else { return Ok(None) };
-            match HeldDirectory::create_in(&home.path, STAGED) {
+            let Some(location) = Location::ensure(place.into()).map_err(at(place, "create"))? else { return Ok(None) };
+            match HeldDirectory::create_in(&location.path, STAGED) {
                 // Removed by another run that ended.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 staged => return Self::named(staged.map_err(at(place, "create a directory in"))?, base).map(Some),
@@ -116,12 +116,12 @@ impl RunDirectory {
 
     /// Gives a directory the name of its run.
     fn named(mut staged: HeldDirectory, base: &str) -> Result<Self, DirectoryError> {
-        let homes = Home::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
+        let locations = Location::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
         // No name with anything in shared memory is taken: what a sweep takes away then is never that of a new run.
         let runs = segments::runs()?;
         for number in 1u64.. {
             let name = if number == 1 { base.to_owned() } else { format!("{base}-{number}") };
-            let is_taken = || homes.iter().any(|home| fs::symlink_metadata(home.path.join(&name)).is_ok());
+            let is_taken = || locations.iter().any(|location| fs::symlink_metadata(location.path.join(&name)).is_ok());
             if runs.contains(&name) || is_taken() {
                 continue;
             }
@@ -137,22 +137,25 @@ impl RunDirectory {
     ///
     /// Never waits and never fails: what cannot be removed is listed.
     pub fn sweep() -> Swept {
-        let mut swept = Swept { foreign: Home::foreign(), ..Swept::default() };
-        let Some(turn) = Home::candidates().find_map(|place| Home::ensure(place).ok().flatten()) else { return swept };
+        let mut swept = Swept { foreign: Location::foreign(), ..Swept::default() };
+        let Some(first) = Location::candidates().find_map(|place| Location::ensure(place).ok().flatten()) else {
+            return swept;
+        };
         // One at a time: what one has listed another must not have removed, and a new run made again.
-        if turn.directory.try_lock().is_err() {
-            swept.busy = Some(holder(&turn.directory));
+        if first.directory.try_lock().is_err() {
+            swept.busy = Some(holder(&first.directory));
             return swept;
         }
-        let homes = Home::all().unwrap_or_default();
-        homes.iter().for_each(|home| sweep_home(home, &mut swept));
-        let is_alive = |run: &str| homes.iter().any(|home| fs::symlink_metadata(home.path.join(run)).is_ok());
+        let locations = Location::all().unwrap_or_default();
+        locations.iter().for_each(|location| sweep_location(location, &mut swept));
+        let is_alive =
+            |run: &str| locations.iter().any(|location| fs::symlink_metadata(location.path.join(run)).is_ok());
         match segments::remove_others(is_alive) {
             Ok(runs) => swept.removed.extend(runs),
             Err(error) => swept.kept.push(error),
         }
-        homes.iter().for_each(Home::leave);
-        turn.leave();
+        locations.iter().for_each(Location::leave);
+        first.leave();
         swept.removed.sort();
         swept.removed.dedup();
         swept
@@ -163,11 +166,13 @@ impl RunDirectory {
     /// # Errors
     /// [`DirectoryError`] if shared memory cannot be read.
     pub fn list() -> Result<Vec<String>, DirectoryError> {
-        let homes = Home::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
+        let locations = Location::all().map_err(at(Path::new(SHARED_MEMORY), "read"))?;
         let mut names = Vec::new();
-        for home in &homes {
-            let entries = home.entries().map_err(at(&home.path, "read"))?;
-            names.extend(entries.into_iter().filter(|name| !name.starts_with('.') && is_alive(&home.path.join(name))));
+        for location in &locations {
+            let entries = location.entries().map_err(at(&location.path, "read"))?;
+            names.extend(
+                entries.into_iter().filter(|name| !name.starts_with('.') && is_alive(&location.path.join(name))),
+            );
         }
         names.sort();
         Ok(names)
@@ -175,10 +180,10 @@ impl RunDirectory {
 
     /// Where the directory of the run called `name` is, if there is such a run of this user.
     pub fn path_of(name: &str) -> PathBuf {
-        let homes = Home::all().unwrap_or_default();
-        let is_there = |home: &&Home| fs::symlink_metadata(home.path.join(name)).is_ok();
-        let home = homes.iter().find(is_there).or(homes.first());
-        home.map_or_else(homes::preferred, |home| home.path.clone()).join(name)
+        let locations = Location::all().unwrap_or_default();
+        let is_there = |location: &&Location| fs::symlink_metadata(location.path.join(name)).is_ok();
+        let location = locations.iter().find(is_there).or(locations.first());
+        location.map_or_else(locations::preferred, |location| location.path.clone()).join(name)
     }
 
     /// Name of the run.
@@ -200,9 +205,9 @@ impl RunDirectory {
     }
 
     /// Writes down which processes descend from the run, for those who find its directory when it is dead.
-    pub(crate) fn note_lineage(&self, lineage: Lineage) -> Result<(), DirectoryError> {
+    pub(crate) fn note_descendants(&self, descendants: Descendants) -> Result<(), DirectoryError> {
         let path = self.path.join(LINEAGE_FILE);
-        fs::write(&path, lineage.to_text()).map_err(at(&path, "write"))
+        fs::write(&path, descendants.to_text()).map_err(at(&path, "write"))
     }
 
     /// Writes `plan.json`, for this user only.
@@ -213,7 +218,7 @@ impl RunDirectory {
         file.and_then(|mut file| file.write_all(&text)).map_err(|source| PlanError::File { path, source })
     }
 
-    /// Takes from everybody else what iceoryx2 has opened to them, and takes the memory that was only promised so far.
+    /// Takes from other users what iceoryx2 has opened to them, and takes the memory that was only promised so far.
     pub(crate) fn protect(&self) -> Result<(), DirectoryError> {
         segments::protect(&self.name)
     }
@@ -226,9 +231,9 @@ impl RunDirectory {
     fn remove(&mut self) -> Result<(), DirectoryError> {
         let Some(held) = self.held.take() else { return Ok(()) };
         // Those who just join the run from outside have made files by the time that they let go.
-        let door = Door::close(&self.path);
+        let lock = JoinLock::close(&self.path);
         let removed = remove(held, &self.name);
-        drop(door);
+        drop(lock);
         removed
     }
 }
@@ -241,9 +246,9 @@ impl Drop for RunDirectory {
 }
 
 /// Removes what dead runs have left in one directory of runs.
-fn sweep_home(home: &Home, swept: &mut Swept) {
-    for name in home.entries().unwrap_or_default() {
-        let Found::Abandoned(held) = HeldDirectory::find(&home.path.join(&name)) else { continue };
+fn sweep_location(location: &Location, swept: &mut Swept) {
+    for name in location.entries().unwrap_or_default() {
+        let Found::Abandoned(held) = HeldDirectory::find(&location.path.join(&name)) else { continue };
         let path = held.path().to_path_buf();
         let removed = match name.starts_with('.') {
             true => held.remove().map_err(at(&path, "remove")),
@@ -257,14 +262,14 @@ fn sweep_home(home: &Home, swept: &mut Swept) {
     }
 }
 
-/// Ends what descends from a dead run, if its guardian was killed with it.
+/// Ends what descends from a dead run, if its supervisor was killed with it.
 fn end_descendants(directory: &Path) {
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
     let file = OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(directory.join(LINEAGE_FILE));
     let mut text = String::new();
     let read = file.and_then(|file| file.take(MAX_LINEAGE).read_to_string(&mut text));
-    if let (Ok(_), Some(lineage)) = (read, Lineage::from_text(&text)) {
-        lineage.end();
+    if let (Ok(_), Some(descendants)) = (read, Descendants::from_text(&text)) {
+        descendants.end();
     }
 }
 
@@ -272,16 +277,16 @@ fn end_descendants(directory: &Path) {
 fn remove(mut held: HeldDirectory, run: &str) -> Result<(), DirectoryError> {
     let path = held.path().to_path_buf();
     let segments = segments::remove(run);
-    // As long as it has its name, its shared memory is nobody else's. If it cannot be renamed, it is removed as it is.
+    // As long as it has its name, no other run has its shared memory. If it cannot be renamed, it is removed as it is.
     for number in 0..ATTEMPTS {
         if !matches!(held.rename(&format!("{DEAD}{run}-{number}")), Ok(false)) {
             break;
         }
     }
     let removed = held.remove().map_err(at(&path, "remove"));
-    if let Some(home) = path.parent() {
+    if let Some(location) = path.parent() {
         // Only succeeds when no run is left, and then leaves nothing at all.
-        let _ = fs::remove_dir(home);
+        let _ = fs::remove_dir(location);
     }
     segments.and(removed)
 }

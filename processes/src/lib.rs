@@ -11,30 +11,30 @@
 //! pages are what costs most. SAFETY: the section is code, as `.text` is, of a name that nothing else uses.
 
 mod board;
+mod board_parts;
 mod bus;
 mod cell;
 mod conductor;
 pub mod console;
 mod cores;
+mod descendants;
 mod directory;
-mod lineage;
-mod onlooker;
+mod monitor;
 mod page;
 mod seal;
 mod service;
-mod shares;
 mod tap;
 mod ticks;
 mod worker;
 
 pub use conductor::{
-    Activity, Balanced, Conductor, Death, Gauge, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot,
-    Span, WorkerUsage,
+    Activity, Conductor, CoreFindings, Death, History, Interrupt, Late, PhaseUsage, RunError, Settings, Snapshot, Span,
+    Statistics, WorkerUsage,
 };
 pub use cores::{CoreSlot, allowed_cores, keep_off_core, pin_to_core};
 pub use directory::{DirectoryError, RunDirectory, Swept};
-pub use onlooker::{LookError, Onlooker};
+pub use monitor::{Monitor, MonitorError};
 pub use page::run_name;
 pub use service::ServiceError;
 pub use tap::{Tap, TapHeader};
-pub use worker::{Comeback, Link, NotAWorker, Turn, Worker, serve};
+pub use worker::{DueNode, Link, NotAWorker, Replacement, Worker, serve};

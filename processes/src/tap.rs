@@ -1,4 +1,4 @@
-//! A copy of every channel for whoever wants to look on: iceoryx2 publish/subscribe, which never waits for a reader.
+//! A copy of every channel for programs that monitor a run: iceoryx2 publish/subscribe, which never waits for a reader.
 
 mod service;
 
@@ -31,7 +31,7 @@ const LONG_PAUSE: Duration = Duration::from_millis(20);
 /// in that directory.
 ///
 /// The caller only copies, and only while there is a reader; a thread of its own publishes, within about a millisecond. Readers that are slow, stopped or dead
-/// lose samples, and so do all if that thread is kept from running; nobody waits for them.
+/// lose samples, and so do all if that thread is kept from running; the run does not wait for them.
 pub struct Tap {
     shared: Arc<Shared>,
     channels: Vec<ChannelId>,
@@ -125,7 +125,7 @@ impl Drop for Tap {
         self.shared.lock().closed = true;
         self.shared.end.notify_one();
         if let Some(thread) = self.thread.take() {
-            // A panic of it has harmed nobody.
+            // A panic of it has done no harm to the run.
             let _ = thread.join();
         }
     }

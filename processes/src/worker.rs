@@ -1,10 +1,10 @@
 //! What a process of a run does: connect, then run its participants whenever a gate opens.
 
-mod comeback;
 mod jitter;
 mod link;
 mod panics;
-mod seat;
+mod phase_share;
+mod replacement;
 
 use std::env;
 use std::fmt::Display;
@@ -12,15 +12,15 @@ use std::os::fd::{BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use comeback::CatchUp;
-pub use comeback::Comeback;
-pub(crate) use comeback::{COMEBACK, Orders};
-pub use link::{Link, Turn};
+pub use link::{DueNode, Link};
+use replacement::CatchUp;
+pub use replacement::Replacement;
+pub(crate) use replacement::{REPLACEMENT, ReplacementOrder};
 use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 
-use crate::board::Hub;
+use crate::board::Boards;
 use crate::service::ServiceError;
-use seat::Seat;
+use phase_share::PhaseShare;
 
 use crate::page::{Events, FaultKind, Page, Report};
 use lockstep::{Fault, Participant, Plan, Wake};
@@ -32,7 +32,7 @@ pub(crate) const WORKER: &str = "PHALANX_WORKER";
 /// Environment variable with the file descriptor of the shared page.
 pub(crate) const PAGE_FD: &str = "PHALANX_PAGE_FD";
 
-/// Exit code of a process that nobody gave a place in a run.
+/// Exit code of a process that was not given a place in a run.
 const NOT_A_WORKER: u8 = 2;
 
 /// Serves as the worker process that a [`Conductor`](crate::Conductor) spawned: the whole `main` of such a program.
@@ -68,7 +68,7 @@ where
     panics::remember_those_of_this_thread();
     if worker.holds() {
         let ended = worker.connect()?.next()?;
-        debug_assert!(ended.is_none(), "who holds its samples has no turns");
+        debug_assert!(ended.is_none(), "a process that holds its samples has no nodes to run");
         return Ok(());
     }
     let built = panics::catch(|| build(worker.plan(), worker.nodes())).and_then(|result| result);
@@ -78,10 +78,10 @@ where
         return Err(worker.refuse(format!("{built} participants were built for {wanted} nodes")));
     }
     let mut link = worker.connect()?;
-    while let Some(turn) = link.next()? {
-        let participant = &mut participants[turn.number];
+    while let Some(due) = link.next()? {
+        let participant = &mut participants[due.number];
         let Some(mut io) = link.io() else { break };
-        let computed = panics::catch(|| participant.step(&turn.step, &mut io));
+        let computed = panics::catch(|| participant.step(&due.step, &mut io));
         match computed.and_then(|result| result.map_err(|fault| fault.0)) {
             Ok(()) => link.done()?,
             Err(message) => return Err(link.fail(message)),
@@ -101,7 +101,7 @@ pub struct NotAWorker(pub String);
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let worker = processes::Worker::join()?;
 /// let mut link = worker.connect()?;
-/// while let Some(turn) = link.next()? {
+/// while let Some(due) = link.next()? {
 ///     if let Some(io) = link.io() { /* read, compute, write */ }
 ///     link.done()?;
 /// }
@@ -114,7 +114,7 @@ pub struct Worker {
     number: usize,
     page: Page,
     /// Set if it takes the place of another process.
-    orders: Option<Orders>,
+    order: Option<ReplacementOrder>,
 }
 
 impl Worker {
@@ -139,7 +139,7 @@ impl Worker {
             let name = &plan.workers[number].name;
             format!("process {other} is {name} of this run already; {name} was started twice")
         })?;
-        Ok(Self { directory, plan, number, page, orders: Orders::find()? })
+        Ok(Self { directory, plan, number, page, order: ReplacementOrder::find()? })
     }
 
     /// What every process of the run knows.
@@ -152,9 +152,9 @@ impl Worker {
         &self.plan.workers[self.number].nodes
     }
 
-    /// Whether this process only holds the last samples of one that has failed: it has no turns.
+    /// Whether this process only holds the last samples of one that has failed: it has no nodes to run.
     pub fn holds(&self) -> bool {
-        self.orders.is_some_and(|orders| orders.comeback == Comeback::Hold)
+        self.order.is_some_and(|order| order.replacement == Replacement::Hold)
     }
 
     /// Opens all channels and tells the conductor that this process is ready; one that takes the place of another process
@@ -164,24 +164,24 @@ impl Worker {
     /// A service that cannot be opened. The conductor has been told.
     pub fn connect(self) -> Result<Link, Fault> {
         match self.open() {
-            Ok((hub, replacements, seats, catch_up)) => Ok(Link::new(self, hub, replacements, seats, catch_up)),
+            Ok((boards, replacements, shares, catch_up)) => Ok(Link::new(self, boards, replacements, shares, catch_up)),
             Err(reason) => Err(self.refuse(reason)),
         }
     }
 
-    fn open(&self) -> Result<(Hub, u32, Vec<Seat>, Option<CatchUp>), String> {
+    fn open(&self) -> Result<(Boards, u32, Vec<PhaseShare>, Option<CatchUp>), String> {
         let (plan, page) = (&self.plan, &self.page);
         let failed = |error: ServiceError| error.to_string();
-        let hub = Hub::join(&self.directory, &plan.run, &plan.workers[self.number].name).map_err(failed)?;
+        let boards = Boards::join(&self.directory, &plan.run, &plan.workers[self.number].name).map_err(failed)?;
         if plan.wake == Wake::Events {
             page.use_events(Some(Events::join(&self.directory, plan, self.number).map_err(failed)?));
         }
-        // Noted before the look at who serves as which worker, so that whoever is replaced later is noticed.
+        // Noted before the look at which process serves as which worker, so that a later replacement is noticed.
         let replacements = page.replacements();
-        let incarnation = self.orders.map_or(0, |orders| orders.incarnation);
-        let seats = seat::take(plan, self.number, incarnation, &hub, page).map_err(failed)?;
-        let catch_up = self.orders.map(|orders| CatchUp::open(self, orders, &hub, &seats)).transpose()?;
-        Ok((hub, replacements, seats, catch_up))
+        let incarnation = self.order.map_or(0, |order| order.incarnation);
+        let shares = phase_share::take(plan, self.number, incarnation, &boards, page).map_err(failed)?;
+        let catch_up = self.order.map(|order| CatchUp::open(self, order, &boards, &shares)).transpose()?;
+        Ok((boards, replacements, shares, catch_up))
     }
 
     /// Tells the conductor why this process cannot start; it should end after that. Returns the reason.
@@ -212,7 +212,7 @@ fn adopt(number: RawFd) -> std::io::Result<OwnedFd> {
     }
     // SAFETY: only asked whether it is open, which the kernel answers for any number.
     let flags = fcntl_getfd(unsafe { BorrowedFd::borrow_raw(number) })?;
-    // SAFETY: it is open, and it was handed to this process to be its page; nobody else here knows of it.
+    // SAFETY: it is open, and it was handed to this process to be its page; nothing else in it uses that number.
     let file = unsafe { OwnedFd::from_raw_fd(number) };
     fcntl_setfd(&file, flags | FdFlags::CLOEXEC)?;
     Ok(file)

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{Local, Plan, StepError, Store};
-use processes::{Conductor, Gauge, RunDirectory, RunError, Settings, allowed_cores, pin_to_core, run_name};
+use processes::{Conductor, RunDirectory, RunError, Settings, Statistics, allowed_cores, pin_to_core, run_name};
 
 use crate::failure::Failure;
 use crate::logging;
@@ -208,15 +208,15 @@ impl Engine {
     pub fn balance(&mut self, cores: &[usize]) {
         if let Self::Processes { conductor, affinity: Affinity { slot: Some(slot), .. }, .. } = self {
             let others = cores.iter().copied().filter(|&core| core != slot.core);
-            conductor.balance(std::iter::once(slot.core).chain(others).collect());
+            conductor.tune_cores(std::iter::once(slot.core).chain(others).collect());
         }
     }
 
     /// Where the processes are and why, if that was tried.
-    pub fn balanced(&self) -> Option<String> {
+    pub fn core_findings(&self) -> Option<String> {
         match self {
             Self::Processes { conductor, affinity: Affinity { slot: Some(slot), .. }, .. } => {
-                describe(&conductor.balanced()?, slot.shared)
+                describe(&conductor.core_findings()?, slot.shared)
             }
             _ => None,
         }
@@ -238,10 +238,10 @@ impl Engine {
     }
 
     /// The workers that have failed and can be replaced.
-    pub(crate) fn casualties(&self, error: &RunError) -> Vec<usize> {
+    pub(crate) fn failed_workers(&self, error: &RunError) -> Vec<usize> {
         match self {
             Engine::Local { .. } => Vec::new(),
-            Engine::Processes { conductor, .. } => conductor.casualties(error),
+            Engine::Processes { conductor, .. } => conductor.failed_workers(error),
         }
     }
 
@@ -296,7 +296,7 @@ impl Engine {
 
     /// How many steps are done.
     pub(crate) fn steps_done(&self) -> u64 {
-        self.gauge().read().completed
+        self.statistics().read().completed
     }
 
     /// The samples of the step that ran last.
@@ -316,10 +316,10 @@ impl Engine {
     }
 
     /// The counters of the run.
-    pub fn gauge(&self) -> Gauge {
+    pub fn statistics(&self) -> Statistics {
         match self {
-            Engine::Local { local, .. } => Gauge::from(&**local),
-            Engine::Processes { conductor, .. } => conductor.gauge(),
+            Engine::Local { local, .. } => Statistics::from(&**local),
+            Engine::Processes { conductor, .. } => conductor.statistics(),
         }
     }
 
@@ -355,15 +355,15 @@ impl Engine {
 
     /// Ends all processes and removes what they shared.
     pub fn finish(self) -> Ended {
-        let gauge = self.gauge();
+        let statistics = self.statistics();
         match self {
             Engine::Local { directory, .. } => {
                 let result = directory.map_or(Ok(()), |directory| Ok(directory.close()?));
-                Ended { gauge, plan: None, result: warn_of_leftovers(result) }
+                Ended { statistics, plan: None, result: warn_of_leftovers(result) }
             }
             Engine::Processes { conductor, .. } => {
                 let plan = conductor.plan().clone();
-                Ended { gauge, plan: Some(plan), result: warn_of_leftovers(conductor.finish()) }
+                Ended { statistics, plan: Some(plan), result: warn_of_leftovers(conductor.finish()) }
             }
         }
     }
@@ -386,7 +386,7 @@ pub(crate) fn warn_of_leftovers(finished: Result<(), RunError>) -> Result<(), Ru
 /// What is left of an engine whose processes have ended.
 pub struct Ended {
     /// The counters of the run.
-    pub gauge: Gauge,
+    pub statistics: Statistics,
     /// The plan, if there were processes.
     pub plan: Option<Plan>,
     /// Whether everything that they shared was removed.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use processes::{Balanced, CoreSlot, allowed_cores, keep_off_core};
+use processes::{CoreFindings, CoreSlot, allowed_cores, keep_off_core};
 
 use crate::failure::Failure;
 
@@ -70,11 +70,11 @@ pub struct Affinity {
 }
 
 /// What the search for the best number of cores has come to, for people; `None` if nothing was tried.
-pub(crate) fn describe(balanced: &Balanced, is_shared: bool) -> Option<String> {
+pub(crate) fn describe(found: &CoreFindings, is_shared: bool) -> Option<String> {
     let micros = |time: Duration| format!("{:.0} us", time.as_secs_f64() * 1e6);
-    let cores: Vec<String> = balanced.cores.iter().map(usize::to_string).collect();
+    let cores: Vec<String> = found.cores.iter().map(usize::to_string).collect();
     let shared = if is_shared { ", which it shares with another run" } else { "" };
-    Some(match (balanced.alone?, balanced.tried, cores.as_slice()) {
+    Some(match (found.alone?, found.tried, cores.as_slice()) {
         (alone, Some((count, time)), [core]) => format!(
             "all processes on core {core}{shared}: a step took {} there and {} on {count} cores",
             micros(alone),
@@ -98,14 +98,14 @@ mod tests {
     #[test]
     fn the_choice_is_told_with_its_reason() {
         let (alone, tried) = (Some(Duration::from_micros(940)), Some((2, Duration::from_micros(500))));
-        let told = describe(&Balanced { cores: vec![1, 0], alone, tried }, false).unwrap();
+        let told = describe(&CoreFindings { cores: vec![1, 0], alone, tried }, false).unwrap();
         assert_eq!(told, "processes on cores 1 and 0: a step took 500 us on 2 cores and 940 us on one");
-        let told = describe(&Balanced { cores: vec![1], alone, tried }, true).unwrap();
+        let told = describe(&CoreFindings { cores: vec![1], alone, tried }, true).unwrap();
         assert!(
             told.starts_with("all processes on core 1, which it shares with another run: a step took 940 us"),
             "{told}"
         );
-        assert_eq!(describe(&Balanced { cores: vec![1], alone: None, tried: None }, false), None);
+        assert_eq!(describe(&CoreFindings { cores: vec![1], alone: None, tried: None }, false), None);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use lockstep::Plan;
-use processes::{Gauge, Snapshot};
+use processes::{Snapshot, Statistics};
 
 use crate::files::OutFile;
 
@@ -50,7 +50,7 @@ pub fn table(snapshot: &Snapshot, wall: f64) -> String {
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_trace(path: &Path, gauge: &Gauge, plan: &Plan) -> io::Result<()> {
+pub fn write_trace(path: &Path, statistics: &Statistics, plan: &Plan) -> io::Result<()> {
     let mut file = OutFile::create(path)?;
     write!(file, "{{\"displayTimeUnit\":\"ns\",\"traceEvents\":[")?;
     for (worker, plan) in plan.workers.iter().enumerate() {
@@ -58,7 +58,7 @@ pub fn write_trace(path: &Path, gauge: &Gauge, plan: &Plan) -> io::Result<()> {
         let name = format!("{{\"name\":\"{}\"}}", plan.name);
         write!(file, "{comma}\n{{\"ph\":\"M\",\"pid\":1,\"tid\":{worker},\"name\":\"thread_name\",\"args\":{name}}}")?;
     }
-    for span in gauge.spans() {
+    for span in statistics.spans() {
         let (start, length) = (span.start.as_secs_f64() * 1e6, span.length.as_secs_f64() * 1e6);
         write!(
             file,

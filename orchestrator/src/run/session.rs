@@ -88,7 +88,7 @@ impl<'a> Session<'a> {
         connect(&mut engine, &mut observers, &log).map_err(|error| ended(error.into(), &stop))?;
         engine.settle()?;
         if let Some(server) = &server {
-            server.attach(engine.gauge());
+            server.attach(engine.statistics());
         }
         stop.note_start();
         let keys = if options.progress { Keys::listen(&stop) } else { None };
@@ -209,10 +209,10 @@ impl<'a> Session<'a> {
         self.progress.finish();
         drop(self.observers.tap.take());
         let processes = self.engine.process_count();
-        let chosen = self.engine.balanced();
+        let chosen = self.engine.core_findings();
         tracing::info!(chosen, "cores");
         let ended = self.engine.finish();
-        let usage = ended.gauge.read();
+        let usage = ended.statistics.read();
         // Up to here the run answers that it is ending.
         drop(self.doors);
         if let Ending::LogFailed(error) = ending {
@@ -223,7 +223,7 @@ impl<'a> Session<'a> {
         self.stop.note_end();
         let mut leftover: Vec<Failure> = ended.result.err().map(Failure::from).into_iter().collect();
         if let (Some(path), Some(plan)) = (&self.options.trace, &ended.plan) {
-            let written = write_trace(path, &ended.gauge, plan);
+            let written = write_trace(path, &ended.statistics, plan);
             leftover.extend(written.map_err(Failure::system(format!("write the trace {}", path.display()))).err());
         }
         Ok(Outcome {

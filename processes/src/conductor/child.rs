@@ -14,8 +14,8 @@ use rustix::thread::CpuSet;
 
 use super::error::Death;
 use crate::cores;
-use crate::lineage::Mark;
-use crate::worker::{COMEBACK, Orders, PAGE_FD, RUN_DIRECTORY, WORKER};
+use crate::descendants::Mark;
+use crate::worker::{PAGE_FD, REPLACEMENT, RUN_DIRECTORY, ReplacementOrder, WORKER};
 
 /// Environment variable of the C library.
 const TUNABLES: &str = "GLIBC_TUNABLES";
@@ -30,40 +30,40 @@ pub(super) struct Child {
 }
 
 /// What a child is given besides its program and arguments.
-pub(super) struct Outfit<'a> {
+pub(super) struct ChildSetup<'a> {
     pub(super) directory: &'a Path,
     pub(super) worker: usize,
     pub(super) page: BorrowedFd<'a>,
     pub(super) cpu: Option<usize>,
-    /// For a process that takes the place of another one; its feed must be open.
-    pub(super) orders: Option<Orders>,
+    /// For a process that takes the place of another one; its pipe must be open.
+    pub(super) order: Option<ReplacementOrder>,
     pub(super) mark: Mark,
 }
 
 impl Child {
     /// Starts a worker, and returns it with the pipe of its output.
-    pub(super) fn spawn(mut command: Command, outfit: &Outfit) -> io::Result<(Self, PipeReader)> {
+    pub(super) fn spawn(mut command: Command, setup: &ChildSetup) -> io::Result<(Self, PipeReader)> {
         let (reader, writer) = io::pipe()?;
-        let page = outfit.page.as_raw_fd();
+        let page = setup.page.as_raw_fd();
         command
-            .env(RUN_DIRECTORY, outfit.directory)
-            .env(WORKER, outfit.worker.to_string())
+            .env(RUN_DIRECTORY, setup.directory)
+            .env(WORKER, setup.worker.to_string())
             .env(PAGE_FD, page.to_string())
             .env(TUNABLES, tunables())
-            .env_remove(COMEBACK)
+            .env_remove(REPLACEMENT)
             .stdin(Stdio::null())
             .stdout(writer.try_clone()?)
             .stderr(writer)
             // A Ctrl-C at the terminal is for the orchestrator, who then ends the children in order.
             .process_group(0);
-        if let Some(orders) = &outfit.orders {
-            command.env(COMEBACK, serde_json::to_string(orders)?);
+        if let Some(order) = &setup.order {
+            command.env(REPLACEMENT, serde_json::to_string(order)?);
         }
-        let feed = outfit.orders.map(|orders| orders.feed);
-        let (parent, mark) = (rustix::process::getpid(), outfit.mark);
-        let cpus = outfit.cpu.map(cores::only).transpose()?;
+        let pipe = setup.order.map(|order| order.pipe);
+        let (parent, mark) = (rustix::process::getpid(), setup.mark);
+        let cpus = setup.cpu.map(cores::only).transpose()?;
         // SAFETY: between fork and exec only system calls are made: no allocation, no lock.
-        unsafe { command.pre_exec(move || prepare(parent, mark, page, feed, cpus.as_ref())) };
+        unsafe { command.pre_exec(move || prepare(parent, mark, page, pipe, cpus.as_ref())) };
         let mut process = command.spawn()?;
         // The command holds ends of the pipe, which would keep it open.
         drop(command);
@@ -141,15 +141,15 @@ fn tunables() -> OsString {
 }
 
 /// Runs in the child before its program starts.
-fn prepare(parent: Pid, mark: Mark, page: i32, feed: Option<i32>, cpus: Option<&CpuSet>) -> io::Result<()> {
+fn prepare(parent: Pid, mark: Mark, page: i32, pipe: Option<i32>, cpus: Option<&CpuSet>) -> io::Result<()> {
     mark.put_on();
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))?;
     if rustix::process::getppid() != Some(parent) {
         // It died before the line above.
         return Err(io::ErrorKind::NotConnected.into());
     }
-    for inherited in [Some(page), feed].into_iter().flatten() {
-        // SAFETY: the conductor holds the page and the feed open while it spawns.
+    for inherited in [Some(page), pipe].into_iter().flatten() {
+        // SAFETY: the conductor holds the page and the pipe open while it spawns.
         let inherited = unsafe { BorrowedFd::borrow_raw(inherited) };
         rustix::io::fcntl_setfd(inherited, FdFlags::empty())?;
     }

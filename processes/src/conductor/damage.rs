@@ -32,7 +32,7 @@ impl Conductor {
     /// Whether all stands on the page that must.
     pub(super) fn look_at_page(&self, step: u64) -> Result<(), RunError> {
         let Allowance { limit, most } = self.allowance;
-        match self.crew.alarm.page.damage(self.next, limit, most) {
+        match self.workers.status.page.damage(self.next, limit, most) {
             Some(what) => Err(self.overwritten(step, what)),
             None => Ok(()),
         }
@@ -53,7 +53,7 @@ impl Conductor {
     }
 
     fn found_it(&self, worker: usize) -> bool {
-        self.crew.alarm.page.report(worker).is_some_and(|report| report.kind == FaultKind::Overwritten)
+        self.workers.status.page.report(worker).is_some_and(|report| report.kind == FaultKind::Overwritten)
     }
 
     /// The same error, or what is behind it if memory was cut short.
@@ -86,7 +86,7 @@ impl Conductor {
             reader.is_altered(&mut vec![0.0; words])
         });
         let altered: BTreeSet<(usize, usize)> = altered.map(ChannelReader::service).collect();
-        let readers = self.shares.readers(&self.plan);
+        let readers = self.parts.readers(&self.plan);
         let has_open = |worker: &usize| {
             altered.iter().all(|&(host, part)| host == *worker || readers[host][part].contains(worker))
         };
@@ -96,7 +96,7 @@ impl Conductor {
 
     /// A worker with its process, in words.
     fn process_of(&self, worker: usize) -> String {
-        format!("{} (pid {})", self.plan.workers[worker].name, self.crew.pid(worker).unwrap_or_default())
+        format!("{} (pid {})", self.plan.workers[worker].name, self.workers.pid(worker).unwrap_or_default())
     }
 
     /// A file of the run's shared memory that is shorter than it was.

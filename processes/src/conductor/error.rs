@@ -99,7 +99,7 @@ pub enum RunError {
     /// Workers that did not finish a phase in time.
     #[error("phase {phase} of step {step} is not done after {:.1} s; waiting for {}", waited.as_secs_f64(), list(late))]
     Deadline {
-        /// Who has not arrived.
+        /// The workers that have not arrived.
         late: Vec<Late>,
         /// Number of the step.
         step: u64,
@@ -161,7 +161,7 @@ pub enum RunError {
         /// What came of it first.
         noticed: Box<RunError>,
     },
-    /// Nobody can take the place of a worker.
+    /// No process can take the place of a worker.
     #[error("{worker} cannot be replaced at step {step}: {reason}")]
     NotReplaced {
         /// Its name.

@@ -1,4 +1,4 @@
-//! A thread that waits for many file descriptors until it is told to end.
+//! A thread that waits for many file descriptors until it is to end.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};

@@ -10,14 +10,14 @@ use std::os::fd::RawFd;
 use std::path::{Path, PathBuf};
 use std::{fs, ptr};
 
-use crate::board::{self, ChannelReader, Hub};
+use crate::board::{self, Boards, ChannelReader};
 use crate::directory;
 use crate::service::ServiceError;
 
-/// Readers of all channels, and the hub that they belong to.
+/// Readers of all channels, and the boards that they belong to.
 pub(super) struct Ports {
     pub(super) readers: ManuallyDrop<Vec<ChannelReader>>,
-    pub(super) hub: ManuallyDrop<Hub>,
+    pub(super) boards: ManuallyDrop<Boards>,
     holdings: Holdings,
     run: String,
     directory: PathBuf,
@@ -38,17 +38,17 @@ impl Ports {
     /// [`ServiceError`] if iceoryx2 cannot work there.
     pub(super) fn open(directory: &Path, run: &str) -> Result<Self, ServiceError> {
         let before = Holdings::look(run, directory);
-        let hub = ManuallyDrop::new(Hub::join(directory, run, "conductor")?);
+        let boards = ManuallyDrop::new(Boards::join(directory, run, "conductor")?);
         let (readers, holdings) = (ManuallyDrop::new(Vec::new()), Holdings::default());
-        let mut ports = Self { readers, hub, holdings, run: run.into(), directory: directory.into() };
+        let mut ports = Self { readers, boards, holdings, run: run.into(), directory: directory.into() };
         ports.add(before);
         Ok(ports)
     }
 
     /// Does what opens more.
-    pub(super) fn extend<T>(&mut self, open: impl FnOnce(&Hub, &mut Vec<ChannelReader>) -> T) -> T {
+    pub(super) fn extend<T>(&mut self, open: impl FnOnce(&Boards, &mut Vec<ChannelReader>) -> T) -> T {
         let before = Holdings::look(&self.run, &self.directory);
-        let result = open(&self.hub, &mut self.readers);
+        let result = open(&self.boards, &mut self.readers);
         self.add(before);
         result
     }
@@ -63,10 +63,10 @@ impl Ports {
 impl Drop for Ports {
     fn drop(&mut self) {
         for &(start, end) in &self.holdings.mappings {
-            // SAFETY: mapped for the readers and the hub, which are never used or dropped from here on.
+            // SAFETY: mapped for the readers and the boards, which are never used or dropped from here on.
             let _ = unsafe { rustix::mm::munmap(ptr::with_exposed_provenance_mut(start), end - start) };
         }
-        // SAFETY: opened for the readers and the hub, as above.
+        // SAFETY: opened for the readers and the boards, as above.
         self.holdings.files.iter().for_each(|&file| unsafe { rustix::io::close(file) });
     }
 }

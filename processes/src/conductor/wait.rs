@@ -1,4 +1,4 @@
-//! What the conductor sees when it looks up: who has not arrived, who died, who reported what.
+//! How the conductor waits for a step: until it is complete, a worker died, reported a fault or missed its deadline.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::{Conductor, RunError};
 use crate::page::{FaultKind, Report};
 
-/// How long the others of a phase are given to report a fault, too, so that it does not depend on chance whose is told.
+/// How long the others of a phase are given to report a fault, too, so that it does not depend on chance which one is reported.
 const OTHER_FAULTS: Duration = Duration::from_secs(1);
 
 /// How often the phase in progress is looked at while nothing happens, as a part of the deadline.
@@ -15,7 +15,7 @@ const LOOKS_PER_DEADLINE: u32 = 8;
 impl Conductor {
     /// Waits until `step` is complete.
     pub(super) fn await_step(&self, step: u64) -> Result<(), RunError> {
-        let page = &self.crew.alarm.page;
+        let page = &self.workers.status.page;
         // Workers need the conductor only when all that is allowed is done; woken half-way, it allows more in time.
         let enough = (step + 1 + self.ahead / 2).min(self.plan.steps);
         let mut progress = None;
@@ -23,7 +23,7 @@ impl Conductor {
         loop {
             let mut patience = Duration::MAX;
             let found = page.sleep_unless(enough, || {
-                if self.crew.alarm.is_interrupted() {
+                if self.workers.status.is_interrupted() {
                     return ControlFlow::Break(Err(RunError::Interrupted { step }));
                 }
                 if page.completed() > step {
@@ -42,7 +42,7 @@ impl Conductor {
                 let waited = now - since;
                 if waited >= self.settings.deadline {
                     let phase = phase.unwrap_or(0);
-                    let late = self.absent(phase, step).map(|worker| self.crew.late(worker, Some(phase))).collect();
+                    let late = self.absent(phase, step).map(|worker| self.workers.late(worker, Some(phase))).collect();
                     return ControlFlow::Break(Err(RunError::Deadline { late, step, phase, waited }));
                 }
                 patience = (self.settings.deadline - waited).min(self.settings.deadline / LOOKS_PER_DEADLINE);
@@ -62,7 +62,7 @@ impl Conductor {
     pub(super) fn absent(&self, phase: usize, step: u64) -> impl Iterator<Item = usize> {
         let members = self.plan.members(phase).into_iter().enumerate();
         members
-            .filter(move |&(position, _)| !self.crew.alarm.page.has_arrived(phase, position, step))
+            .filter(move |&(position, _)| !self.workers.status.page.has_arrived(phase, position, step))
             .map(|(_, worker)| worker)
     }
 
@@ -70,20 +70,20 @@ impl Conductor {
     pub(super) fn look_around(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
         let found = self.search(step, phase);
         // Asked after the search: an interrupted run ends its workers, which is no failure of theirs.
-        if self.crew.alarm.is_interrupted() { Err(RunError::Interrupted { step }) } else { found }
+        if self.workers.status.is_interrupted() { Err(RunError::Interrupted { step }) } else { found }
     }
 
     fn search(&self, step: u64, phase: Option<usize>) -> Result<(), RunError> {
-        let alarm = &self.crew.alarm;
+        let status = &self.workers.status;
         self.look_at_page(step)?;
-        for worker in alarm.dead() {
-            let Some(death) = self.crew.death(worker) else { continue };
+        for worker in status.dead() {
+            let Some(death) = self.workers.death(worker) else { continue };
             // A worker that reports something ends then, but what it says is worth more than that it ended.
-            if alarm.page.report_count() == 0 && !self.may_end(worker, step) {
-                return Err(self.crew.died(worker, death, self.ready.then_some(step), phase));
+            if status.page.report_count() == 0 && !self.may_end(worker, step) {
+                return Err(self.workers.died(worker, death, self.ready.then_some(step), phase));
             }
         }
-        if alarm.page.report_count() > 0 {
+        if status.page.report_count() > 0 {
             return Err(self.reported());
         }
         Ok(())
@@ -91,18 +91,18 @@ impl Conductor {
 
     /// The workers whose fault it is that the run cannot continue: dead ones, those that have reported something, those that
     /// are late; before the first step, those that are not connected. None if the run cannot be saved by replacing a worker.
-    pub fn casualties(&self, error: &RunError) -> Vec<usize> {
-        let alarm = &self.crew.alarm;
-        let step = alarm.page.completed();
+    pub fn failed_workers(&self, error: &RunError) -> Vec<usize> {
+        let status = &self.workers.status;
+        let step = status.page.completed();
         match error {
             RunError::Deadline { phase, step, .. } => self.absent(*phase, *step).collect(),
             RunError::NotReady { .. } if !self.ready => {
-                (0..self.plan.workers.len()).filter(|&worker| !alarm.page.is_ready(worker)).collect()
+                (0..self.plan.workers.len()).filter(|&worker| !status.page.is_ready(worker)).collect()
             }
             RunError::Died { .. } | RunError::Fault { .. } | RunError::Refused { .. } => {
                 let has_failed = |&worker: &usize| {
-                    let died = || self.crew.death(worker).is_some() && !self.may_end(worker, step);
-                    alarm.page.report(worker).is_some() || died()
+                    let died = || self.workers.death(worker).is_some() && !self.may_end(worker, step);
+                    status.page.report(worker).is_some() || died()
                 };
                 (0..self.plan.workers.len()).filter(has_failed).collect()
             }
@@ -119,12 +119,12 @@ impl Conductor {
 
     /// The error that a worker has reported. If there are several in a phase, that of the first node.
     fn reported(&self) -> RunError {
-        let alarm = &self.crew.alarm;
+        let status = &self.workers.status;
         let start = Instant::now();
         loop {
             let reports: Vec<(usize, Report)> =
-                (0..self.plan.workers.len()).filter_map(|worker| Some((worker, alarm.page.report(worker)?))).collect();
-            if reports.is_empty() && alarm.page.report_count() > 0 {
+                (0..self.plan.workers.len()).filter_map(|worker| Some((worker, status.page.report(worker)?))).collect();
+            if reports.is_empty() && status.page.report_count() > 0 {
                 return self.overwritten(self.next, "how many participants have failed");
             }
             let Some((worker, first)) = reports.iter().min_by_key(|(_, report)| report.node) else {
@@ -139,15 +139,15 @@ impl Conductor {
                 return RunError::Refused { worker, message: first.message.clone() };
             }
             let phase = self.plan.phases.get(first.node).copied().unwrap_or(0);
-            let is_silent = |worker| !alarm.is_dead(worker) && alarm.page.report(worker).is_none();
+            let is_silent = |worker| !status.is_dead(worker) && status.page.report(worker).is_none();
             if start.elapsed() > OTHER_FAULTS
-                || alarm.is_interrupted()
+                || status.is_interrupted()
                 || !self.absent(phase, first.step).any(is_silent)
             {
                 let node = self.plan.network.nodes.get(first.node).map_or("a node", |node| &node.name);
                 return RunError::Fault { node: node.into(), step: first.step, message: first.message.clone() };
             }
-            alarm.page.sleep(alarm.page.rings(), Duration::from_millis(1));
+            status.page.sleep(status.page.rings(), Duration::from_millis(1));
         }
     }
 }

@@ -44,7 +44,7 @@ impl CoreSlot {
     }
 }
 
-/// The kernel's own directory of a core: everybody finds it, and no file of ours is left behind.
+/// The kernel's own directory of a core: every process finds it, and no file of ours is left behind.
 fn open(core: usize) -> io::Result<File> {
     File::open(format!("/sys/devices/system/cpu/cpu{core}"))
 }

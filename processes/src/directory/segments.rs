@@ -24,7 +24,7 @@ impl Segment {
     }
 }
 
-/// The names of all runs that anything in shared memory is called after, whoever made it.
+/// The names of all runs that anything in shared memory is called after, whichever process made it.
 pub(super) fn runs() -> Result<BTreeSet<String>, DirectoryError> {
     Ok(all()?.into_iter().map(|segment| segment.run).collect())
 }
@@ -49,7 +49,7 @@ pub(super) fn remove_others(is_alive: impl Fn(&str) -> bool) -> Result<Vec<Strin
     Ok(orphans.filter(|orphan| fs::remove_file(&orphan.path).is_ok()).map(|orphan| orphan.run).collect())
 }
 
-/// Takes from everybody else what iceoryx2 has opened to them: a counter of 16 bytes. And takes the memory that was only
+/// Takes from other users what iceoryx2 has opened to them: a counter of 16 bytes. And takes the memory that was only
 /// promised so far: if others filled it meanwhile, a process that writes to it would be killed.
 pub(super) fn protect(run: &str) -> Result<(), DirectoryError> {
     for path in own(run)? {

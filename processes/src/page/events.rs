@@ -1,9 +1,9 @@
 //! Events of iceoryx2 in the place of futexes: a service for every gate, with a listener for each worker of its phase, and one
 //! for the bell.
 //!
-//! The conductor creates all services before anybody is spawned, with room for all who may ever take part: whoever is killed
-//! keeps its place, since nobody cleans up. A notification to somebody who does not listen yet is lost, and one under load now
-//! and then; that is why every wait is short.
+//! The conductor creates all services before it starts a process, with room for all processes that may ever take part: a killed
+//! process keeps its place, since no process cleans up. A notification to a process that does not listen yet is lost, and one
+//! under load now and then; that is why every wait is short.
 
 use std::env;
 use std::path::Path;
@@ -85,7 +85,7 @@ impl Events {
         Ok(events)
     }
 
-    /// Joins the events of a run as a worker: listens at the gates of its phases, and notifies the bell and whoever comes next.
+    /// Joins the events of a run as a worker: listens at the gates of its phases, and notifies the bell and the next gate.
     ///
     /// # Errors
     /// [`ServiceError`] if a service cannot be opened.
@@ -126,12 +126,12 @@ impl Events {
         Ok(())
     }
 
-    /// Waits until somebody notifies this point, for at most `patience`, and forgets all notifications so far.
+    /// Waits until a process notifies this point, for at most `patience`, and forgets all notifications so far.
     pub(super) fn wait(&self, point: WaitPoint, patience: Duration) {
         let listener = port(&self.listeners, point);
         let waited = listener.map(|listener| listener.timed_wait(|_| {}, patience));
         if !matches!(waited, Some(Ok(_))) {
-            // Whoever cannot wait must not use up its core.
+            // A process that cannot wait must not use up its core.
             std::thread::sleep(patience);
         }
     }
@@ -141,7 +141,7 @@ impl Events {
         if self.loss.as_ref().is_some_and(Loss::is_due) {
             return;
         }
-        // Whoever could not be notified looks up by itself.
+        // A process that could not be notified soon reads its word by itself.
         let _ = port(&self.notifiers, point).map(Notifier::notify);
     }
 }
@@ -153,13 +153,13 @@ fn port<P>(ports: &[Option<P>], point: WaitPoint) -> Option<&P> {
     }
 }
 
-/// Everybody who takes part: at every gate, and last at the bell.
+/// All participants: of every gate, and last of the bell.
 fn participants(plan: &Plan) -> Vec<Participants> {
     let phases = plan.phase_count();
     let gate = |phase| Participants {
         point: WaitPoint::Gate(phase),
         listeners: plan.members(phase),
-        // Whoever is last in a phase opens the next one, or the first one of the next step.
+        // The last worker of a phase opens the next one, or the first one of the next step.
         notifiers: plan.members((phase + phases - 1) % phases),
     };
     let bell =
@@ -175,7 +175,7 @@ fn name(point: WaitPoint) -> String {
 }
 
 fn join(run_directory: &Path, run: &str, name: &str) -> Result<Node<Service>, ServiceError> {
-    let failed = || format!("iceoryx2 does not let {name} wake anybody");
+    let failed = || format!("iceoryx2 does not let {name} wake other processes");
     let mut config = configuration(run_directory, run)?;
     config.global.service.event_connection_suffix = FileName::new(SUFFIX).map_err(error(failed()))?;
     let node_name = name.try_into().map_err(error(failed()))?;

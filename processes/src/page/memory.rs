@@ -75,14 +75,14 @@ impl SharedMemory {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "its size does not fit the plan"));
         }
         let memory = Self::map(file.into(), plan)?;
-        let stranger = |what| Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        let foreign = |what| Err(io::Error::new(io::ErrorKind::InvalidData, what));
         if memory.head().magic.load(SeqCst) != MAGIC {
-            return stranger(
+            return foreign(
                 "it belongs to another version of Phalanx; build all programs of the run from the same one",
             );
         }
         if memory.head().plan.load(SeqCst) != memory.fingerprint {
-            return stranger("it belongs to another plan");
+            return foreign("it belongs to another plan");
         }
         Ok(memory)
     }

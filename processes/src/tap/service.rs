@@ -7,7 +7,7 @@ use iceoryx2::prelude::{PortFactory as _, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::STEPS;
-use crate::board::Hub;
+use crate::board::Boards;
 use crate::service::{ServiceError, error};
 use lockstep::{Header, Network};
 
@@ -30,7 +30,7 @@ unsafe impl ZeroCopySend for TapHeader {
 pub(super) struct Services {
     topics: Vec<Topic>,
     // Dropped after its publishers.
-    hub: Hub,
+    boards: Boards,
 }
 
 struct Topic {
@@ -42,20 +42,20 @@ struct Topic {
 impl Services {
     /// Creates the services of all channels in the run directory `path` of the run called `name`.
     pub(super) fn create(path: &Path, name: &str, network: &Network) -> Result<Self, ServiceError> {
-        let hub = Hub::join(path, name, "tap")?;
+        let boards = Boards::join(path, name, "tap")?;
         let topics = network.channels.iter().map(|channel| {
             let failed = || format!("create service {}", channel.topic);
             let words = channel.layout.words();
             let name = channel.topic.as_str().try_into().map_err(error(failed()))?;
-            let builder = hub.node().service_builder(&name).publish_subscribe::<[f64]>().user_header::<TapHeader>();
+            let builder = boards.node().service_builder(&name).publish_subscribe::<[f64]>().user_header::<TapHeader>();
             let service = builder
                 .max_publishers(1)
                 .max_subscribers(READERS)
                 .max_nodes(READERS + 1)
                 .subscriber_max_buffer_size(STEPS)
-                // A reader that comes starts with what comes next, not with what somebody else has seen before.
+                // A reader that comes starts with what comes next, not with what another reader has seen before.
                 .history_size(0)
-                // The oldest sample of a slow reader gives way, so that nobody waits for it.
+                // The oldest sample of a slow reader gives way, so that the run does not wait for it.
                 .enable_safe_overflow(true)
                 .create()
                 .map_err(error(failed()))?;
@@ -63,15 +63,15 @@ impl Services {
             let publisher = publisher.create().map_err(error(failed()))?;
             Ok(Topic { words, service, publisher })
         });
-        Ok(Self { topics: topics.collect::<Result<_, ServiceError>>()?, hub })
+        Ok(Self { topics: topics.collect::<Result<_, ServiceError>>()?, boards })
     }
 
     /// What readers need as their configuration, TOML.
     pub(super) fn config(&self) -> String {
-        self.hub.config_text()
+        self.boards.config_text()
     }
 
-    /// Whether anybody reads anything.
+    /// Whether any process reads.
     pub(super) fn are_read(&self) -> bool {
         self.topics.iter().any(|topic| topic.service.dynamic_config().number_of_subscribers() > 0)
     }

@@ -1,4 +1,4 @@
-//! Delays at random, to show that a run does not depend on who is quick and who is slow.
+//! Delays at random, to show that a run does not depend on which participant is quick and which is slow.
 
 use std::env;
 use std::thread;

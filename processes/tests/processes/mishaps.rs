@@ -153,7 +153,7 @@ fn an_interrupt_ends_a_step_that_does_not_end() {
         // Without `finish`.
         drop(conductor);
         traces.assert_none();
-        // Who is told too late that it is over rings in vain, and leaves nothing either.
+        // An interrupt that comes after the end does nothing, and leaves nothing either.
         late.raise();
         drop(late);
         traces.assert_none();
@@ -206,12 +206,12 @@ fn a_start_that_is_given_up_leaves_nothing() {
 }
 
 #[test]
-fn nobody_else_may_look_into_a_run() {
+fn no_other_user_may_look_into_a_run() {
     for settings in all_ways() {
         let conductor = start_chain("private", settings, "chain");
         let mut paths = shared_files(conductor.directory().name());
         assert!(!paths.is_empty());
-        // Below its directory, the modes do not matter: nobody else gets in.
+        // Below its directory, the modes do not matter: no other user gets in.
         paths.push(conductor.directory().path().to_path_buf());
         paths.push(conductor.directory().path().join("plan.json"));
         let open: Vec<_> = paths.iter().filter(|path| fs::metadata(path).unwrap().mode() & 0o077 != 0).collect();

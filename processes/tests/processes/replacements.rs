@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use lockstep::{ChannelId, Header, Local, Status, Store};
-use processes::{Comeback, Conductor, History, RunError, Settings, allowed_cores};
+use processes::{Conductor, History, Replacement, RunError, Settings, allowed_cores};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::chain;
@@ -48,16 +48,16 @@ fn kill(conductor: &Conductor, worker: usize) {
     kill_process(Pid::from_raw(conductor.pid(worker).unwrap() as i32).unwrap(), Signal::KILL).unwrap();
 }
 
-/// Replaces whoever has failed until the run can go on.
+/// Replaces the workers that have failed until the run can go on.
 fn mend(conductor: &mut Conductor, memory: &mut Memory, mut error: RunError) -> usize {
     let mut replaced = 0;
     loop {
-        let casualties = conductor.casualties(&error);
-        assert!(!casualties.is_empty(), "{error}");
+        let failed_workers = conductor.failed_workers(&error);
+        assert!(!failed_workers.is_empty(), "{error}");
         let mut failed = None;
-        for worker in casualties {
+        for worker in failed_workers {
             let result =
-                conductor.replace(worker, worker_command("chain"), None, Comeback::Recompute { since: 0 }, memory);
+                conductor.replace(worker, worker_command("chain"), None, Replacement::Recompute { since: 0 }, memory);
             failed = result.err();
             replaced += 1;
         }
@@ -100,7 +100,7 @@ fn finish_with_kills(mut conductor: Conductor, victims: impl Fn(u64) -> Vec<usiz
 }
 
 #[test]
-fn killed_workers_come_back_and_nobody_can_tell() {
+fn killed_workers_are_replaced_without_a_trace() {
     let groups = singles(&chain::network(chain::AGENTS));
     // A plant, a planner, an observer and a controller, at different moments of their steps, since they run ahead.
     let victims = |step| match step {
@@ -113,14 +113,14 @@ fn killed_workers_come_back_and_nobody_can_tell() {
         _ => vec![],
     };
     for settings in all_ways() {
-        let (digest, replaced) = digest_with_kills("comeback", &groups, settings, victims);
+        let (digest, replaced) = digest_with_kills("replacement", &groups, settings, victims);
         assert_eq!(digest, DIGEST);
         assert!(replaced >= 7, "{replaced}");
     }
 }
 
 #[test]
-fn watchers_of_cores_are_killed_and_nobody_can_tell() {
+fn polling_workers_are_killed_and_replaced_without_a_trace() {
     let network = chain::network(chain::AGENTS);
     let mut conductor = start("watchers", &network, &singles(&network), STEPS, settings(), "chain");
     let cores = allowed_cores().unwrap();
@@ -138,7 +138,7 @@ fn a_worker_with_nodes_in_several_phases_comes_back() {
     let mut groups = vec![vec![1], vec![0]];
     groups.extend((2..8).map(|observer| vec![observer + 6, observer]));
     let victims = |step: u64| if step.is_multiple_of(250) { vec![2 + (step / 250) as usize % 6] } else { vec![] };
-    let (digest, _) = digest_with_kills("comeback-agents", &groups, settings(), victims);
+    let (digest, _) = digest_with_kills("replacement-agents", &groups, settings(), victims);
     assert_eq!(digest, DIGEST);
 }
 
@@ -151,9 +151,9 @@ fn a_failed_worker_is_held() {
     let mut held_from = None;
     for step in 0..200 {
         while let Err(error) = conductor.step() {
-            assert_eq!(conductor.casualties(&error), [10]);
+            assert_eq!(conductor.failed_workers(&error), [10]);
             held_from = Some(step);
-            conductor.replace(10, worker_command("chain"), None, Comeback::Hold, &mut memory).unwrap();
+            conductor.replace(10, worker_command("chain"), None, Replacement::Hold, &mut memory).unwrap();
         }
         memory.note(&conductor, step);
         let channel = ChannelId(network.nodes[10].outputs[0].0);
@@ -180,7 +180,7 @@ fn another_program_takes_over_at_a_step() {
     let mut memory = Memory::default();
     for step in 0..100 {
         if step == 40 {
-            conductor.replace(10, worker_command("sum"), None, Comeback::Adopt, &mut memory).unwrap();
+            conductor.replace(10, worker_command("sum"), None, Replacement::Adopt, &mut memory).unwrap();
         }
         conductor.step().unwrap();
         memory.note(&conductor, step);
@@ -207,7 +207,7 @@ fn what_does_not_follow_from_its_inputs_cannot_come_back() {
         memory.note(&conductor, step);
     }
     let result =
-        conductor.replace(10, worker_command("drift:10:20"), None, Comeback::Recompute { since: 0 }, &mut memory);
+        conductor.replace(10, worker_command("drift:10:20"), None, Replacement::Recompute { since: 0 }, &mut memory);
     let message = result.unwrap_err().to_string();
     assert!(message.contains("it recomputes /controller_3 value[0] of step 20"), "{message}");
     conductor.finish().unwrap();

@@ -108,16 +108,16 @@ fn the_best_number_of_cores_is_searched_and_told() {
     let network = chain::network(chain::AGENTS);
     let mut conductor = start("balanced", &network, &singles(&network), STEPS, settings(), "chain");
     let cores = two_cores();
-    assert_eq!(conductor.balanced(), None);
+    assert_eq!(conductor.core_findings(), None);
     conductor.spread(&[cores[1]; chain::NODES]).unwrap();
-    conductor.balance(vec![cores[1], cores[0]]);
+    conductor.tune_cores(vec![cores[1], cores[0]]);
     for step in 0..STEPS {
         assert_eq!(conductor.step().unwrap(), step);
     }
     assert_eq!(chain::digest(chain::AGENTS, conductor.store(), STEPS - 1), DIGEST);
-    let balanced = conductor.balanced().unwrap();
-    assert!(balanced.alone.is_some_and(|time| !time.is_zero()), "{balanced:?}");
-    assert_eq!(balanced.cores[0], cores[1]);
+    let found = conductor.core_findings().unwrap();
+    assert!(found.alone.is_some_and(|time| !time.is_zero()), "{found:?}");
+    assert_eq!(found.cores[0], cores[1]);
     conductor.finish().unwrap();
 }
 
@@ -259,7 +259,7 @@ fn two_hundred_processes_give_the_same_bits_and_leave_nothing() {
 }
 
 #[test]
-fn nobody_runs_ahead_of_a_conductor_that_does_not_want_it() {
+fn no_worker_runs_ahead_of_a_conductor_that_does_not_want_it() {
     let mut conductor = start(
         "abreast",
         &chain::network(chain::AGENTS),
@@ -268,23 +268,23 @@ fn nobody_runs_ahead_of_a_conductor_that_does_not_want_it() {
         settings(),
         "chain",
     );
-    let gauge = conductor.gauge();
+    let statistics = conductor.statistics();
     conductor.set_ahead(0);
     for step in 0..20 {
         conductor.step().unwrap();
-        assert_eq!(gauge.read().completed, step + 1);
+        assert_eq!(statistics.read().completed, step + 1);
     }
     conductor.set_ahead(1000);
     conductor.step().unwrap();
-    eventually("they run ahead", || gauge.read().completed == 28);
-    let snapshot = gauge.read();
+    eventually("they run ahead", || statistics.read().completed == 28);
+    let snapshot = statistics.read();
     assert_eq!(snapshot.awaited, ["plant"]);
     assert!(snapshot.workers.iter().all(|worker| worker.runs == 28 && !worker.compute.is_zero()), "{snapshot:?}");
     for _ in 21..40 {
         conductor.step().unwrap();
     }
     conductor.finish().unwrap();
-    assert_eq!(gauge.read().completed, 40);
+    assert_eq!(statistics.read().completed, 40);
 }
 
 #[test]

@@ -16,7 +16,7 @@ fn wake_ups_that_are_lost_cost_time_only() {
     let settings = Settings { wake: Wake::Events, ..settings() };
     let lossy = || {
         let mut command = worker_command("chain");
-        // Whoever opens a gate wakes nobody one time in three.
+        // One time in three, a process that opens a gate wakes no other.
         command.env("PHALANX_LOSE_WAKE_UPS", "3");
         command
     };

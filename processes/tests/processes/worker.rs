@@ -49,10 +49,10 @@ fn hurry(step: u64) -> Result<(), Fault> {
     let hasty = worker.nodes() == [10];
     let mut link = worker.connect()?;
     assert!(link.io().is_none(), "inputs before a step");
-    while let Some(turn) = link.next()? {
-        assert_eq!(turn.number, 0);
+    while let Some(due) = link.next()? {
+        assert_eq!(due.number, 0);
         link.io().expect("outputs in a step").slice_mut(Slice::new(0, 0, chain::WIDTH)).fill(0.0);
-        if hasty && turn.step.index == step {
+        if hasty && due.step.index == step {
             link.next()?;
         }
         link.done()?;

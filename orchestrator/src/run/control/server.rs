@@ -18,7 +18,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use processes::Gauge;
+use processes::Statistics;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 
 use super::RunControl;
@@ -66,7 +66,7 @@ struct Shared {
     /// Wakes the thread.
     bell: OwnedFd,
     /// The counters of the run, once its processes are there.
-    gauge: OnceLock<Gauge>,
+    statistics: OnceLock<Statistics>,
 }
 
 impl Shared {
@@ -87,7 +87,7 @@ impl Server {
         fs::set_permissions(&path, Permissions::from_mode(0o600))?;
         listener.set_nonblocking(true)?;
         let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
-        let shared = Arc::new(Shared { end: AtomicBool::new(false), bell, gauge: OnceLock::new() });
+        let shared = Arc::new(Shared { end: AtomicBool::new(false), bell, statistics: OnceLock::new() });
         let handler = RequestHandler { about, stop, shared: shared.clone(), start: Instant::now() };
         let (done, results) = channel();
         let hall = Hall { listener, handler, clients: Vec::new(), next: 0, done, results, closed_until: None };
@@ -96,9 +96,9 @@ impl Server {
     }
 
     /// The processes are there: from now on a status has their counters.
-    pub(crate) fn attach(&self, gauge: Gauge) {
+    pub(crate) fn attach(&self, statistics: Statistics) {
         // A run has one set of processes.
-        let _ = self.shared.gauge.set(gauge);
+        let _ = self.shared.statistics.set(statistics);
     }
 }
 
@@ -312,8 +312,12 @@ impl RequestHandler {
     fn status(&self) -> Status {
         let About { run, scenario, variant, dt, periods, processes, .. } = self.about.clone();
         let steps = self.stop.steps_done();
-        let (awaited, workers) =
-            self.shared.gauge.get().map(Gauge::read).map_or_else(Default::default, |now| (now.awaited, now.workers));
+        let (awaited, workers) = self
+            .shared
+            .statistics
+            .get()
+            .map(Statistics::read)
+            .map_or_else(Default::default, |now| (now.awaited, now.workers));
         let workers = workers.into_iter().map(|worker| WorkerStatus {
             name: worker.name,
             runs: worker.runs,
@@ -345,7 +349,7 @@ impl RequestHandler {
     fn state(&self) -> State {
         if self.stop.is_requested() {
             State::Stopping
-        } else if self.shared.gauge.get().is_none() {
+        } else if self.shared.statistics.get().is_none() {
             State::Starting
         } else if self.stop.is_swapping() {
             State::Swapping

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use formation::scenario::{FailurePolicy, OnFailure};
-use processes::{Comeback, RunError};
+use processes::{Replacement, RunError};
 
 use crate::run::engine::Engine;
 use crate::run::observer::{Flow, Observer, StepView};
@@ -56,8 +56,8 @@ struct Tenure {
 
 impl Tenure {
     /// What a process does that continues what this one did.
-    fn comeback(self) -> Comeback {
-        if self.is_held { Comeback::Hold } else { Comeback::Recompute { since: self.since } }
+    fn replacement(self) -> Replacement {
+        if self.is_held { Replacement::Hold } else { Replacement::Recompute { since: self.since } }
     }
 }
 
@@ -75,16 +75,16 @@ impl Recovery {
     pub(crate) fn mend(&mut self, engine: &mut Engine, recorder: &Recorder, error: RunError) -> Result<(), RunError> {
         let mut error = error;
         loop {
-            let casualties = engine.casualties(&error);
+            let failed_workers = engine.failed_workers(&error);
             // Before the first step there is no sample that could stand.
             let holds_nothing = |policy| policy == OnFailure::Hold && self.tail.is_empty();
             let ends = |policy| policy == OnFailure::Abort || holds_nothing(policy);
             let aborts = |&worker: &usize| ends(self.policy_of(engine, worker));
-            if casualties.is_empty() || casualties.iter().any(aborts) {
+            if failed_workers.is_empty() || failed_workers.iter().any(aborts) {
                 return Err(error);
             }
             let mut failed = None;
-            for worker in casualties {
+            for worker in failed_workers {
                 if let Err(again) = self.relieve(engine, recorder, worker, &error) {
                     failed = Some(again);
                 }
@@ -118,7 +118,7 @@ impl Recovery {
         }
         let player = Player::of(&swap, 0);
         let before = engine.take_on(&node, Some(swap));
-        match self.replace(engine, recorder, worker, Comeback::Adopt) {
+        match self.replace(engine, recorder, worker, Replacement::Adopt) {
             Ok(Some(step)) => {
                 *self.tenure(worker) = Tenure { since: step, ..Tenure::default() };
                 self.players.extend(player.map(|player| Player { from_step: step, ..player }));
@@ -130,8 +130,8 @@ impl Recovery {
             Err(error @ RunError::Interrupted { .. }) => Err(error),
             Err(error) => {
                 engine.take_on(&node, before);
-                let comeback = self.tenure(worker).comeback();
-                self.replace(engine, recorder, worker, comeback)?;
+                let replacement = self.tenure(worker).replacement();
+                self.replace(engine, recorder, worker, replacement)?;
                 self.tell(format!("`{program}` cannot play {node}, which plays on as before: {error}"));
                 Ok(Err(format!("{error}\n{node} plays on as before")))
             }
@@ -170,12 +170,12 @@ impl Recovery {
         let is_held = self.policy_of(engine, worker) == OnFailure::Hold;
         let tenure = self.tenure(worker);
         (tenure.failures, tenure.is_held) = (count + 1, is_held);
-        let comeback = tenure.comeback();
+        let replacement = tenure.replacement();
         let start = Instant::now();
-        let Some(step) = self.replace(engine, recorder, worker, comeback)? else { return Ok(()) };
+        let Some(step) = self.replace(engine, recorder, worker, replacement)? else { return Ok(()) };
         let took = start.elapsed().as_secs_f64();
         let number = count + 1;
-        if comeback == Comeback::Hold {
+        if replacement == Replacement::Hold {
             for node in engine.hosted(worker) {
                 self.events.push(node, format!("failed; its last sample stands from step {step} on"));
             }
@@ -201,21 +201,21 @@ impl Recovery {
         engine: &mut Engine,
         recorder: &Recorder,
         worker: usize,
-        comeback: Comeback,
+        replacement: Replacement,
     ) -> Result<Option<u64>, RunError> {
         let Engine::Processes { conductor, programs, .. } = engine else { return Ok(None) };
         let network = conductor.plan().network.clone();
         let mut past = Past { network: &network, tail: &self.tail, log: &self.log, recorder };
         let name = &conductor.plan().workers[worker].name;
-        let command = match comeback {
-            Comeback::Hold => programs.own_program(),
+        let command = match replacement {
+            Replacement::Hold => programs.own_program(),
             _ => programs.command(name, conductor.directory().path()).map_err(|failure| RunError::NotReplaced {
                 worker: name.clone(),
-                step: conductor.gauge().read().completed,
+                step: conductor.statistics().read().completed,
                 reason: failure.to_string(),
             })?,
         };
-        conductor.replace(worker, command, programs.core, comeback, &mut past)
+        conductor.replace(worker, command, programs.core, replacement, &mut past)
     }
 
     fn tell(&mut self, text: String) {

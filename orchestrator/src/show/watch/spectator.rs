@@ -7,7 +7,7 @@ use formation::config::{TextError, read_text};
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{ChannelId, Period};
-use processes::{LookError, Onlooker, RunDirectory};
+use processes::{Monitor, MonitorError, RunDirectory};
 
 use crate::catalog::Catalog;
 use crate::failure::Failure;
@@ -26,7 +26,7 @@ pub(crate) type History = Arc<Mutex<Subject>>;
 
 /// Somebody who looks at a run.
 pub(crate) struct Spectator {
-    onlooker: Onlooker,
+    monitor: Monitor,
     /// Length of the run, s.
     pub(crate) duration: f64,
     period: Period,
@@ -58,16 +58,16 @@ impl Spectator {
         let metadata: BTreeMap<String, String> =
             [("scenario", &scenario.name), ("variant", &scenario.variant)].map(|(k, v)| (k.into(), v.clone())).into();
         let empty = Log::live(run, &network, text, metadata);
-        let onlooker = Onlooker::join(run, network).map_err(|error| match error {
-            LookError::Over(run) => Failure::Usage(format!("the run {run} is over")),
-            LookError::Directory(error) => error.into(),
-            LookError::Service(error) => {
+        let monitor = Monitor::join(run, network).map_err(|error| match error {
+            MonitorError::Over(run) => Failure::Usage(format!("the run {run} is over")),
+            MonitorError::Directory(error) => error.into(),
+            MonitorError::Service(error) => {
                 Failure::Usage(format!("nobody can look at the run {run}: {error}; do too many watch it already?"))
             }
         })?;
         let timing = scenario.context.timing;
         Ok(Self {
-            onlooker,
+            monitor,
             duration: timing.duration,
             period: timing.period(),
             newest: None,
@@ -79,17 +79,17 @@ impl Spectator {
 
     /// Whether the run has ended. What it did last can still be looked at.
     pub(crate) fn is_over(&self) -> bool {
-        self.onlooker.is_over()
+        self.monitor.is_over()
     }
 
     /// Looks at the run; whether there was anything new.
     pub(crate) fn look(&mut self) -> bool {
-        let Some(step) = self.onlooker.look().filter(|step| self.newest.is_none_or(|newest| *step > newest)) else {
+        let Some(step) = self.monitor.look().filter(|step| self.newest.is_none_or(|newest| *step > newest)) else {
             return false;
         };
         self.newest = Some(step);
-        let onlooker = &self.onlooker;
-        let samples = || (0..onlooker.network().channels.len()).map(move |channel| onlooker.sample(ChannelId(channel)));
+        let monitor = &self.monitor;
+        let samples = || (0..monitor.network().channels.len()).map(move |channel| monitor.sample(ChannelId(channel)));
         self.now.log.clear();
         self.now.log.push(self.period.time_ns(step), samples());
         let mut history = lock(&self.history);

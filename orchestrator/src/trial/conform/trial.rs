@@ -105,7 +105,7 @@ pub(super) fn attempt(
         }
         trial.ended_by_itself = End::read(&status).is_some();
     }
-    let spans = conductor.gauge().spans();
+    let spans = conductor.statistics().spans();
     trial.lengths = spans.iter().filter(|span| span.worker == duet.worker).map(|span| span.length).collect();
     warn_of_leftovers(conductor.finish())?;
     trial.end = End::read(&status);

@@ -211,7 +211,7 @@ impl<M: Memory> Page<M> {
         words.all(|word| self.memory.arrivals(phase, word).load(SeqCst) == full::<M>(members, word))
     }
 
-    /// Opens a gate that the caller has claimed. All workers of the phase wait at it or will; nobody has arrived then.
+    /// Opens a gate that the caller has claimed. All workers of the phase wait at it or will; none of them has arrived then.
     #[unsafe(link_section = "lockstep_step")]
     pub(super) fn open_gate(&self, phase: usize, step: u64, claimant: u64) {
         // Before the gate opens: a worker that passes it may arrive at once.

@@ -1,35 +1,35 @@
-//! Whether workers that wait hand their core on before they sleep: whichever is faster, measured while the run goes on.
+//! Whether workers that wait yield their core before they sleep: whichever is faster, measured while the run goes on.
 //!
 //! Processes of one core that take turns need not sleep: each that has arrived lets the others run once (`sched_yield`), and
 //! if they stand in the right order its gate is open when its turn comes again. That saves a sleep and a wake-up per worker
-//! and step, half of a step's time. But where a stranger competes for the core, who hands it on gives away a whole time slice,
-//! and a step takes many times as long. So both are tried now and then, and the better one is kept.
+//! and step, half of a step's time. But if another program uses the core, a worker that yields gives away a whole time slice, and
+//! a step takes many times as long. So both are tried now and then, and the better one is kept.
 
 use crate::page::Page;
 use crate::ticks;
 
 /// Steps that are timed at once.
 const WINDOW: u64 = 16;
-/// Windows that a manner is tried for. The least time counts, since others that run now and then make times longer, never
+/// Windows that either way is tried for. The least time counts, since others that run now and then make times longer, never
 /// shorter.
 const TRIAL: u32 = 3;
-/// Windows for which cores are passed on before the other manner is timed again.
+/// Windows with yielding before steps without it are timed again.
 const TERM: u32 = 512;
 /// Windows until the next trial: so many at first, and twice as many after every trial that failed, up to a limit.
 const PATIENCE: [u32; 2] = [16, 4096];
-/// A worker that gets its core back only after so many times the duration of a step ends the passing at once.
+/// A worker that gets its core back only after so many times the duration of a step ends the yielding at once.
 const LATE: u64 = 4;
-/// Passing on ends if a window takes so many times as long as without.
+/// Yielding ends if a window takes so many times as long as without.
 const SLOWER: u64 = 2;
 
 /// Times windows of steps and decides.
 #[derive(Debug)]
-pub(super) struct Tempo {
-    /// Windows of passing cores on so far; `None`: who waits sleeps.
-    passing: Option<u32>,
-    /// Least time of a window without passing on.
-    asleep: u64,
-    /// Least time of a window in the present manner.
+pub(super) struct YieldTuning {
+    /// Windows with yielding so far; `None`: workers sleep without it.
+    yielding: Option<u32>,
+    /// Least time of a window without yielding.
+    without: u64,
+    /// Least time of a window of the present kind.
     least: u64,
     /// Windows until the next trial.
     left: u32,
@@ -38,10 +38,10 @@ pub(super) struct Tempo {
     start: Option<(u64, u64)>,
 }
 
-impl Tempo {
+impl YieldTuning {
     pub(super) fn new() -> Self {
         let patience = PATIENCE[0];
-        Self { passing: None, asleep: u64::MAX, least: u64::MAX, left: TRIAL, patience, start: None }
+        Self { yielding: None, without: u64::MAX, least: u64::MAX, left: TRIAL, patience, start: None }
     }
 
     /// A number of steps is complete.
@@ -51,11 +51,11 @@ impl Tempo {
         }
     }
 
-    /// Takes the time in, and the limit that is in force: 0 if nobody passes on. Returns a new limit if the manner changes.
+    /// Takes the time in, and the limit that is in force: 0 if no worker yields. Returns a new limit if that changes.
     fn observe(&mut self, steps: u64, now: u64, limit: u64) -> Option<u64> {
-        if self.passing.is_some() && limit == 0 {
+        if self.yielding.is_some() && limit == 0 {
             // A worker has ended it.
-            return Some(self.sleep(false));
+            return Some(self.stop_yielding(false));
         }
         let Some((first, since)) = self.start else {
             self.start = Some((steps, now));
@@ -67,29 +67,29 @@ impl Tempo {
         let took = now.saturating_sub(since);
         self.start = Some((steps, now));
         self.least = self.least.min(took);
-        match &mut self.passing {
+        match &mut self.yielding {
             None => {
                 self.left -= 1;
-                (self.left == 0).then(|| self.pass())
+                (self.left == 0).then(|| self.start_yielding())
             }
             Some(windows) => {
                 *windows += 1;
                 let windows = *windows;
-                let failed = windows == TRIAL && self.least > self.asleep || took / SLOWER > self.asleep;
-                (failed || windows == TERM).then(|| self.sleep(!failed))
+                let failed = windows == TRIAL && self.least > self.without || took / SLOWER > self.without;
+                (failed || windows == TERM).then(|| self.stop_yielding(!failed))
             }
         }
     }
 
-    fn pass(&mut self) -> u64 {
-        (self.passing, self.asleep) = (Some(0), self.least);
+    fn start_yielding(&mut self) -> u64 {
+        (self.yielding, self.without) = (Some(0), self.least);
         self.begin();
-        (LATE * self.asleep / WINDOW).max(1)
+        (LATE * self.without / WINDOW).max(1)
     }
 
-    /// `content`: passing on was good, and only the other manner has to be timed again.
-    fn sleep(&mut self, content: bool) -> u64 {
-        let lasted = self.passing.take().is_some_and(|windows| windows > PATIENCE[0]);
+    /// `content`: yielding was good, and only steps without it have to be timed again.
+    fn stop_yielding(&mut self, content: bool) -> u64 {
+        let lasted = self.yielding.take().is_some_and(|windows| windows > PATIENCE[0]);
         self.patience = if content || lasted { PATIENCE[0] } else { (2 * self.patience).min(PATIENCE[1]) };
         self.left = if content { TRIAL } else { self.patience };
         self.begin();
@@ -97,7 +97,7 @@ impl Tempo {
     }
 
     fn begin(&mut self) {
-        // Those who wait now still wait in the old manner: the next step is not timed.
+        // Workers that wait now still wait as before: the next step is not timed.
         (self.start, self.least) = (None, u64::MAX);
     }
 }
@@ -108,7 +108,7 @@ mod tests {
 
     /// A run whose steps take so long in either manner.
     struct Run {
-        tempo: Tempo,
+        yield_tuning: YieldTuning,
         now: u64,
         limit: u64,
         step: u64,
@@ -116,7 +116,7 @@ mod tests {
 
     impl Run {
         fn new() -> Self {
-            Self { tempo: Tempo::new(), now: 0, limit: 0, step: 0 }
+            Self { yield_tuning: YieldTuning::new(), now: 0, limit: 0, step: 0 }
         }
 
         /// For how many of so many steps cores were passed on. Getting a core back takes as long as a step.
@@ -129,7 +129,7 @@ mod tests {
                     self.limit = 0;
                 }
                 self.step += 1;
-                self.limit = self.tempo.observe(self.step, self.now, self.limit).unwrap_or(self.limit);
+                self.limit = self.yield_tuning.observe(self.step, self.now, self.limit).unwrap_or(self.limit);
             }
             passed
         }
@@ -146,7 +146,7 @@ mod tests {
         let mut run = Run::new();
         run.steps(10_000, [50, 28]);
         assert!(run.limit > 0);
-        // From now on a stranger takes what is passed on.
+        // From now on another program uses the time that is yielded.
         assert!(run.steps(100_000, [60, 1500]) < 20);
         assert_eq!(run.limit, 0);
         run.steps(100_000, [50, 28]);

@@ -20,18 +20,18 @@ const RANDOM: usize = 8;
 
 /// A directory of runs.
 #[derive(Debug)]
-pub(super) struct Home {
+pub(super) struct Location {
     pub(super) path: PathBuf,
     /// The directory, open.
     pub(super) directory: File,
 }
 
-impl Home {
+impl Location {
     /// Those that there are, the preferred one first.
     pub(super) fn all() -> io::Result<Vec<Self>> {
-        let mut homes: Vec<Self> = named()?.into_iter().filter_map(Self::open).collect();
-        homes.sort_by_key(|home| (home.path.as_os_str().len(), home.path.clone()));
-        Ok(homes)
+        let mut locations: Vec<Self> = named()?.into_iter().filter_map(Self::open).collect();
+        locations.sort_by_key(|location| (location.path.as_os_str().len(), location.path.clone()));
+        Ok(locations)
     }
 
     /// The names in their place that are not usable.

@@ -1,6 +1,6 @@
 //! Looking at a run from outside: its newest samples, without any effect on it.
 //!
-//! An onlooker is a reader that nobody waits for. It has no arrival bit and opens no gate, and a blackboard does not know
+//! A monitor is a reader for which no process waits. It has no arrival bit and opens no gate, and a blackboard does not know
 //! how far its readers are; so however slow or dead it is, the run does not notice.
 
 use std::fs;
@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::{LogLevel, set_log_level};
 
-use crate::board::{ChannelReader, Hub, RING};
-use crate::directory::{self, Door};
+use crate::board::{Boards, ChannelReader, RING};
+use crate::board_parts::BoardParts;
+use crate::directory::{self, JoinLock};
 use crate::service::ServiceError;
-use crate::shares::Shares;
 use crate::{DirectoryError, RunDirectory};
 use lockstep::{ChannelId, Header, Network, Plan, PlanError, Status};
 
@@ -25,9 +25,9 @@ const IDLE_LOOKS: u32 = 16;
 /// How often a look is repeated if the run has overtaken it.
 const ATTEMPTS: usize = 20;
 
-/// Why nobody can look at a run.
+/// Why a run cannot be monitored.
 #[derive(Debug, thiserror::Error)]
-pub enum LookError {
+pub enum MonitorError {
     /// There is no such run, or it is over.
     #[error("the run {0} is over")]
     Over(String),
@@ -39,14 +39,14 @@ pub enum LookError {
     Service(#[from] ServiceError),
 }
 
-/// Somebody who looks at the samples of a run that is going on.
+/// Reads the samples of a run that is going on, from outside.
 ///
 /// It stays usable when the run ends: the last samples can still be read then.
-pub struct Onlooker {
+pub struct Monitor {
     network: Network,
     presence: Presence,
     /// `None` only while it is dropped.
-    seat: Option<Seat>,
+    joined: Option<JoinedRun>,
     /// The channel that tells how far the run is.
     probe: usize,
     samples: Vec<Sample>,
@@ -57,17 +57,17 @@ pub struct Onlooker {
     idle: u32,
 }
 
-/// What a run knows of an onlooker.
-struct Seat {
+/// What a run knows of an monitor.
+struct JoinedRun {
     /// By number of the channel; `None` for a channel without a writer.
     readers: Vec<Option<ChannelReader>>,
     /// By number of the worker: which of its processes is read.
     incarnations: Vec<u32>,
     /// Which worker hosts which participant.
     plan: Plan,
-    shares: Shares,
+    parts: BoardParts,
     /// After the readers, which belong to it.
-    hub: Hub,
+    boards: Boards,
 }
 
 #[derive(Clone, Debug)]
@@ -76,39 +76,39 @@ struct Sample {
     words: Vec<f64>,
 }
 
-impl Onlooker {
+impl Monitor {
     /// Joins the run called `run`, whose channels are those of `network`.
     ///
     /// # Errors
-    /// [`LookError`].
-    pub fn join(run: &str, network: Network) -> Result<Self, LookError> {
-        // Nobody ends and removes a run while this process makes files in its directory.
-        let over = || LookError::Over(run.into());
+    /// [`MonitorError`].
+    pub fn join(run: &str, network: Network) -> Result<Self, MonitorError> {
+        // The run is not removed while this process makes files in its directory.
+        let over = || MonitorError::Over(run.into());
         let presence = Presence::of(run).ok_or_else(over)?;
-        let door = presence.enter().ok_or_else(over)?;
+        let lock = presence.enter().ok_or_else(over)?;
         let unknown = |error: PlanError| ServiceError { what: "read its plan".into(), cause: error.to_string() };
         let plan = Plan::read(&presence.path).map_err(unknown)?;
-        let hub = Hub::join(&presence.path, run, &format!("onlooker-{}", std::process::id()))?;
+        let boards = Boards::join(&presence.path, run, &format!("monitor-{}", std::process::id()))?;
         // When the run ends first, its files are gone before this reader lets go of them, which iceoryx2 deplores.
         set_log_level(LogLevel::Fatal);
-        let mut seat = Seat {
+        let mut joined = JoinedRun {
             readers: network.channels.iter().map(|_| None).collect(),
             incarnations: vec![0; plan.workers.len()],
-            shares: Shares::of(&plan),
+            parts: BoardParts::of(&plan),
             plan,
-            hub,
+            boards,
         };
-        for worker in 0..seat.plan.workers.len() {
-            seat.find(worker)?;
+        for worker in 0..joined.plan.workers.len() {
+            joined.find(worker)?;
         }
-        drop(door);
+        drop(lock);
         let empty = |words| Sample { header: Header::default(), words: vec![0.0; words] };
         let samples: Vec<Sample> = network.channels.iter().map(|channel| empty(channel.layout.words())).collect();
         let fastest = network.nodes.iter().filter(|node| !node.outputs.is_empty()).min_by_key(|node| node.every);
         let probe = fastest.map_or(0, |node| node.outputs[0].0);
         Ok(Self {
             presence,
-            seat: Some(seat),
+            joined: Some(joined),
             probe,
             fetched: samples.clone(),
             samples,
@@ -146,7 +146,7 @@ impl Onlooker {
         let over = self.is_over();
         for _ in 0..ATTEMPTS {
             let newest = self.newest()?;
-            // In the first round through the ring, a cell that nobody has written yet looks like one of step 0.
+            // In the first round through the ring, a cell that is not written yet looks like one of step 0.
             let first = if newest < RING && !over { newest.checked_sub(1)? } else { newest };
             for step in [first, newest.saturating_sub(1)] {
                 if self.fetch(step) {
@@ -166,7 +166,7 @@ impl Onlooker {
 
     /// The newest step that has begun.
     fn newest(&self) -> Option<u64> {
-        let reader = self.seat.as_ref()?.readers.get(self.probe)?.as_ref()?;
+        let reader = self.joined.as_ref()?.readers.get(self.probe)?.as_ref()?;
         let steps = (0..RING).map(|place| (place, reader.step_in(place)));
         steps.filter(|(place, step)| step % RING == *place).map(|(_, step)| step).max()
     }
@@ -174,18 +174,18 @@ impl Onlooker {
     /// Goes over to the processes that have taken the place of others.
     fn follow(&mut self) {
         let Some(_door) = self.presence.enter() else { return };
-        let Some(seat) = self.seat.as_mut() else { return };
-        for worker in 0..seat.plan.workers.len() {
-            if let Ok(readers) = seat.open(worker, seat.incarnations[worker] + 1) {
-                seat.incarnations[worker] += 1;
-                seat.take(readers);
+        let Some(joined) = self.joined.as_mut() else { return };
+        for worker in 0..joined.plan.workers.len() {
+            if let Ok(readers) = joined.open(worker, joined.incarnations[worker] + 1) {
+                joined.incarnations[worker] += 1;
+                joined.take(readers);
             }
         }
     }
 
     /// Fetches all samples of a step; whether all of them were there.
     fn fetch(&mut self, step: u64) -> bool {
-        let Some(Seat { readers, .. }) = &self.seat else { return false };
+        let Some(JoinedRun { readers, .. }) = &self.joined else { return false };
         for node in &self.network.nodes {
             let expected = node.last_run(step);
             for channel in &node.outputs {
@@ -207,10 +207,10 @@ impl Onlooker {
     }
 }
 
-impl Seat {
+impl JoinedRun {
     /// Reads from the process that serves as a worker now: the last one that has services.
     fn find(&mut self, worker: usize) -> Result<(), ServiceError> {
-        if self.shares.of_worker(worker).is_empty() {
+        if self.parts.of_worker(worker).is_empty() {
             return Ok(());
         }
         let mut first = None;
@@ -231,8 +231,8 @@ impl Seat {
     /// The readers of a process that serves or served as a worker, if it has services and places are free.
     fn open(&self, worker: usize, incarnation: u32) -> Result<Vec<ChannelReader>, ServiceError> {
         let mut readers = Vec::new();
-        for share in self.shares.of_worker(worker) {
-            readers.extend(self.hub.open(&self.plan, share, incarnation)?.readers(|_| true)?);
+        for part in self.parts.of_worker(worker) {
+            readers.extend(self.boards.open(&self.plan, part, incarnation)?.readers(|_| true)?);
         }
         Ok(readers)
     }
@@ -247,14 +247,14 @@ impl Seat {
     }
 }
 
-impl Drop for Onlooker {
+impl Drop for Monitor {
     fn drop(&mut self) {
-        let door = self.presence.enter();
-        let seat = self.seat.take();
-        if door.is_none() {
+        let lock = self.presence.enter();
+        let joined = self.joined.take();
+        if lock.is_none() {
             // What belongs to a run that is over was removed with it, and its names may be those of another run by now. So
             // nothing may be cleaned up under them; this process keeps the memory until it ends.
-            std::mem::forget(seat);
+            std::mem::forget(joined);
         }
     }
 }
@@ -279,9 +279,9 @@ impl Presence {
     }
 
     /// Keeps the run from removing its files; `None` if it is over.
-    fn enter(&self) -> Option<Door> {
-        let door = Door::hold(&self.path)?;
-        self.lasts().then_some(door)
+    fn enter(&self) -> Option<JoinLock> {
+        let lock = JoinLock::hold(&self.path)?;
+        self.lasts().then_some(lock)
     }
 }
 

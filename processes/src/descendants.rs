@@ -3,7 +3,7 @@
 //!
 //! The kernel hands resource limits on to every descendant, also across `exec`. One of them, that of file locks, has had no
 //! effect since Linux 2.4.25; every process of a run is given a number as its soft limit, which `/proc/PID/limits` shows to
-//! everybody. No privilege is needed for any of it. Only a process that sets this very limit itself gets away.
+//! every process. No privilege is needed for any of it. Only a process that sets this very limit itself gets away.
 //!
 //! Everything here that looks at processes runs in a forked process, too: it makes system calls only, and allocates nothing.
 
@@ -30,7 +30,7 @@ const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
 
 /// The processes of one run, and all that descend from them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lineage {
+pub(crate) struct Descendants {
     run: u64,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Lineage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark(u64);
 
-impl Lineage {
+impl Descendants {
     /// That of a new run.
     pub(crate) fn new() -> Self {
         // Seeded anew by the system in every process; not 0, which is an ordinary limit.
@@ -46,7 +46,7 @@ impl Lineage {
         Self { run: (random & ((1 << RUN_BITS) - 1)).max(1) }
     }
 
-    /// The lineage in the text that [`Lineage::to_text`] made.
+    /// The descendants in the text that [`Descendants::to_text`] made.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let run = u64::from_str_radix(text.trim(), 16).ok()?;
         (1..1 << RUN_BITS).contains(&run).then_some(Self { run })
@@ -165,18 +165,18 @@ mod tests {
 
     #[test]
     fn a_lineage_survives_being_written_down() {
-        let lineage = Lineage::new();
-        assert_eq!(Lineage::from_text(&lineage.to_text()), Some(lineage));
+        let descendants = Descendants::new();
+        assert_eq!(Descendants::from_text(&descendants.to_text()), Some(descendants));
         assert_eq!(
-            [Lineage::from_text("0"), Lineage::from_text("x"), Lineage::from_text("ffffffffffffffff")],
+            [Descendants::from_text("0"), Descendants::from_text("x"), Descendants::from_text("ffffffffffffffff")],
             [None; 3]
         );
     }
 
     #[test]
-    fn descendants_end_whatever_they_have_become_and_nobody_else() {
+    fn descendants_end_whatever_they_have_become_and_no_other_process() {
         use std::os::unix::process::CommandExt;
-        let lineage = Lineage::new();
+        let descendants = Descendants::new();
         let start = |number| {
             let mut command = Command::new("sh");
             // A daemon of a new session, whose parent is gone and whose environment is empty.
@@ -185,7 +185,7 @@ mod tests {
             // SAFETY: system calls only.
             unsafe {
                 command.pre_exec(move || {
-                    lineage.mark(number).put_on();
+                    descendants.mark(number).put_on();
                     Ok(())
                 })
             };
@@ -200,9 +200,9 @@ mod tests {
             stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with(['Z', 'X']))
         };
         let ((mut one, sleeper_of_one), (mut other, sleeper_of_other)) = (start(1), start(2));
-        lineage.mark(1).end();
+        descendants.mark(1).end();
         assert!(!is_alive(&sleeper_of_one) && is_alive(&sleeper_of_other));
-        lineage.end();
+        descendants.end();
         assert!(!is_alive(&sleeper_of_other));
         one.wait().unwrap();
         other.wait().unwrap();

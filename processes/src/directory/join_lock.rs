@@ -1,4 +1,5 @@
-//! The door of a run: held open by those who join it from outside for as long as that takes, and closed when it ends.
+//! The lock for joining a run from outside: shared by processes that join it, for as long as that takes, and taken alone when the
+//! run ends.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
@@ -17,27 +18,27 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two tries of a lock.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// A hold on the door; as long as it lives, the run does not remove its files, but for a second at most.
+/// A hold on the lock; as long as it lives, the run does not remove its files, but for a second at most.
 #[derive(Debug)]
-pub(crate) struct Door(#[allow(dead_code, reason = "the lock goes with it")] File);
+pub(crate) struct JoinLock(#[allow(dead_code, reason = "the lock goes with it")] File);
 
-impl Door {
-    /// Holds the door of the run in `directory` open; `None` if it is closed already.
+impl JoinLock {
+    /// Holds the lock of the run in `directory` open; `None` if it is closed already.
     pub(crate) fn hold(directory: &Path) -> Option<Self> {
-        let door = open(directory).ok()?;
-        door.try_lock_shared().ok()?;
-        Some(Self(door))
+        let lock = open(directory).ok()?;
+        lock.try_lock_shared().ok()?;
+        Some(Self(lock))
     }
 
-    /// Closes the door. `Err` names the process that holds it open, if it does not let go.
+    /// Closes the lock. `Err` names the process that holds it open, if it does not let go.
     pub(super) fn close(directory: &Path) -> Result<Option<Self>, String> {
-        let Ok(door) = open(directory) else { return Ok(None) };
+        let Ok(lock) = open(directory) else { return Ok(None) };
         let start = Instant::now();
         loop {
-            match door.try_lock() {
-                Ok(()) => return Ok(Some(Self(door))),
+            match lock.try_lock() {
+                Ok(()) => return Ok(Some(Self(lock))),
                 Err(TryLockError::Error(_)) => return Ok(None),
-                Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => return Err(holder(&door)),
+                Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => return Err(holder(&lock)),
                 Err(TryLockError::WouldBlock) => thread::sleep(LOOK),
             }
         }

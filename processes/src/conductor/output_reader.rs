@@ -19,21 +19,21 @@ const LINE_BYTES: usize = 4096;
 const READ_BYTES: usize = 64 << 10;
 
 /// Reads the pipes of all children in one thread.
-pub(super) struct Pump {
-    feeds: Arc<Feeds>,
+pub(super) struct OutputReader {
+    outputs: Arc<Outputs>,
     poll: Poll,
     /// Where a file per child is written.
     folder: Option<PathBuf>,
 }
 
 #[derive(Default)]
-struct Feeds {
-    list: Mutex<Vec<Feed>>,
+struct Outputs {
+    list: Mutex<Vec<Output>>,
     /// Signalled whenever a pipe ends.
     ended: Condvar,
 }
 
-struct Feed {
+struct Output {
     worker: usize,
     name: String,
     /// `None` after its end.
@@ -45,27 +45,27 @@ struct Feed {
     file: Option<File>,
 }
 
-impl Feeds {
-    fn lock(&self) -> MutexGuard<'_, Vec<Feed>> {
+impl Outputs {
+    fn lock(&self) -> MutexGuard<'_, Vec<Output>> {
         self.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Pump {
+impl OutputReader {
     /// Starts the thread. Lines are passed on to stderr if `forward`; those for which stderr has no room are dropped.
     pub(super) fn start(forward: bool) -> io::Result<Self> {
-        let feeds = Arc::new(Feeds::default());
-        let shared = Arc::clone(&feeds);
+        let outputs = Arc::new(Outputs::default());
+        let shared = Arc::clone(&outputs);
         let mut buffer = vec![0; READ_BYTES];
         let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
         if forward {
             console::start();
         }
-        let poll = Poll::start("phalanx-pump", move |token| {
+        let poll = Poll::start("phalanx-output", move |token| {
             let mut list = shared.lock();
-            let feed = &mut list[token];
-            let fresh = feed.read(&mut buffer);
-            let name = if colour { in_colour(token, &feed.name) } else { format!("[{}]", feed.name) };
+            let output = &mut list[token];
+            let fresh = output.read(&mut buffer);
+            let name = if colour { in_colour(token, &output.name) } else { format!("[{}]", output.name) };
             drop(list);
             shared.ended.notify_all();
             if forward && console::has_room() {
@@ -74,7 +74,7 @@ impl Pump {
                 console::drop_lines(&fresh);
             }
         })?;
-        Ok(Self { feeds, poll, folder: None })
+        Ok(Self { outputs, poll, folder: None })
     }
 
     /// Keeps all lines of the children that are added from now on, in a file each in `folder`, which is created if necessary.
@@ -90,30 +90,31 @@ impl Pump {
             Some(folder) => {
                 let path = folder.join(format!("{name}.log"));
                 // A child that is started anew goes on in the file of the one before.
-                let is_first = !self.feeds.lock().iter().any(|feed| feed.worker == worker);
+                let is_first = !self.outputs.lock().iter().any(|output| output.worker == worker);
                 Some(if is_first { console::new_file(&path)? } else { OpenOptions::new().append(true).open(path)? })
             }
             None => None,
         };
-        let mut list = self.feeds.lock();
-        // The thread finds the feed, since it has to wait for the lock.
+        let mut list = self.outputs.lock();
+        // The thread finds the output, since it has to wait for the lock.
         self.poll.add(&pipe, list.len(), false)?;
         let (partial, lines) = (Vec::new(), VecDeque::new());
-        list.push(Feed { worker, name: name.into(), pipe: Some(pipe), partial, lines, file });
+        list.push(Output { worker, name: name.into(), pipe: Some(pipe), partial, lines, file });
         Ok(())
     }
 
     /// The last lines of a child. Waits for the end of its output for `patience`, since a dead child may not be read yet.
     pub(super) fn last_lines(&self, worker: usize, patience: Duration) -> Vec<String> {
-        let is_open = |list: &mut Vec<Feed>| list.iter().any(|feed| feed.worker == worker && feed.pipe.is_some());
-        let waited = self.feeds.ended.wait_timeout_while(self.feeds.lock(), patience, is_open);
+        let is_open =
+            |list: &mut Vec<Output>| list.iter().any(|output| output.worker == worker && output.pipe.is_some());
+        let waited = self.outputs.ended.wait_timeout_while(self.outputs.lock(), patience, is_open);
         let (list, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let feeds = list.iter().filter(|feed| feed.worker == worker);
-        feeds.flat_map(|feed| feed.lines.iter().cloned()).collect()
+        let outputs = list.iter().filter(|output| output.worker == worker);
+        outputs.flat_map(|output| output.lines.iter().cloned()).collect()
     }
 }
 
-impl Feed {
+impl Output {
     /// Reads what is there; returns the lines that are complete now, each with its end.
     fn read(&mut self, buffer: &mut [u8]) -> Vec<u8> {
         let count = match self.pipe.as_mut().map(|pipe| pipe.read(buffer)) {
@@ -194,31 +195,31 @@ mod tests {
 
     #[test]
     fn the_last_lines_are_kept() {
-        let pump = Pump::start(false).unwrap();
+        let output_reader = OutputReader::start(false).unwrap();
         let (reader, mut writer) = io::pipe().unwrap();
-        pump.add(3, "child", reader).unwrap();
+        output_reader.add(3, "child", reader).unwrap();
         for number in 0..50 {
             writeln!(writer, "line {number}").unwrap();
         }
         write!(writer, "unfinished").unwrap();
         drop(writer);
-        let lines = pump.last_lines(3, Duration::from_secs(10));
+        let lines = output_reader.last_lines(3, Duration::from_secs(10));
         assert_eq!(lines.len(), KEPT_LINES);
         assert_eq!((lines[0].as_str(), lines[KEPT_LINES - 1].as_str()), ("line 31", "unfinished"));
-        assert!(pump.last_lines(4, Duration::from_secs(10)).is_empty());
+        assert!(output_reader.last_lines(4, Duration::from_secs(10)).is_empty());
     }
 
     #[test]
     fn all_lines_are_kept_in_a_file() {
-        let folder = std::env::temp_dir().join(format!("phalanx-pump-{}", std::process::id()));
-        let mut pump = Pump::start(false).unwrap();
-        pump.keep_in(&folder).unwrap();
+        let folder = std::env::temp_dir().join(format!("phalanx-output-{}", std::process::id()));
+        let mut output_reader = OutputReader::start(false).unwrap();
+        output_reader.keep_in(&folder).unwrap();
         for _ in 0..2 {
             let (reader, mut writer) = io::pipe().unwrap();
-            pump.add(3, "child", reader).unwrap();
+            output_reader.add(3, "child", reader).unwrap();
             (0..50).for_each(|number| writeln!(writer, "line {number}").unwrap());
             drop(writer);
-            pump.last_lines(3, Duration::from_secs(10));
+            output_reader.last_lines(3, Duration::from_secs(10));
         }
         let text = std::fs::read_to_string(folder.join("child.log")).unwrap();
         assert_eq!(text.lines().count(), 100, "the second process went on where the first had ended");
@@ -232,11 +233,11 @@ mod tests {
         let long = [vec![b'y'; 2 * LINE_BYTES + 1], vec![b'\n']].concat();
         assert_eq!(with_name("[x]", &long).split(|&byte| byte == b'\n').count(), 4);
         assert!(with_name("[x]", b"").is_empty());
-        let pump = Pump::start(false).unwrap();
+        let output_reader = OutputReader::start(false).unwrap();
         let (reader, mut writer) = io::pipe().unwrap();
-        pump.add(0, "child", reader).unwrap();
+        output_reader.add(0, "child", reader).unwrap();
         let sending = std::thread::spawn(move || writer.write_all(&vec![b'z'; 1 << 20]));
-        let lines = pump.last_lines(0, Duration::from_secs(10));
+        let lines = output_reader.last_lines(0, Duration::from_secs(10));
         sending.join().unwrap().unwrap();
         assert!(!lines.is_empty() && lines.iter().all(|line| line.len() <= LINE_BYTES));
     }

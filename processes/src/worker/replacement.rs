@@ -6,21 +6,21 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::os::fd::RawFd;
 
-use super::seat::{Seat, Seated};
+use super::phase_share::{HostedNode, PhaseShare};
 use super::{Worker, adopt};
-use crate::board::{ChannelReader, Hub};
+use crate::board::{Boards, ChannelReader};
+use crate::board_parts::BoardParts;
 use crate::page::{FaultKind, Report};
 use crate::service::ServiceError;
-use crate::shares::Shares;
 use lockstep::{ChannelId, HEADER_BYTES, Header, Plan, Step, Store};
 
-/// Environment variable that tells a process that it takes the place of another one, as [`Orders`] in JSON.
-pub(crate) const COMEBACK: &str = "PHALANX_COMEBACK";
+/// Environment variable that tells a process that it takes the place of another one, as [`ReplacementOrder`] in JSON.
+pub(crate) const REPLACEMENT: &str = "PHALANX_REPLACEMENT";
 
 /// What a process does with the steps that are done when it takes the place of another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Comeback {
+pub enum Replacement {
     /// It computes them anew on the recorded inputs. From the step `since` on, at which its program took over, it must come to
     /// what was published, bit by bit; before that, another program played, and what that has published stays as it was.
     Recompute {
@@ -35,11 +35,11 @@ pub enum Comeback {
 
 /// Where a process comes into a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Orders {
-    pub(crate) comeback: Comeback,
+pub(crate) struct ReplacementOrder {
+    pub(crate) replacement: Replacement,
     /// Number of this process among those of its worker.
     pub(crate) incarnation: u32,
-    /// The steps whose samples come through the feed: from here ...
+    /// The steps whose samples come through the pipe: from here ...
     pub(crate) first: u64,
     /// ... to here, this one not included.
     pub(crate) recorded: u64,
@@ -47,31 +47,31 @@ pub(crate) struct Orders {
     pub(crate) step: u64,
     /// ... and which of the phases that it takes part in.
     pub(crate) place: usize,
-    /// The reading end of the feed.
-    pub(crate) feed: RawFd,
+    /// The reading end of the pipe with the recorded steps.
+    pub(crate) pipe: RawFd,
 }
 
-impl Orders {
+impl ReplacementOrder {
     /// What the environment tells; `None` for a process that starts with the run.
     pub(super) fn find() -> Result<Option<Self>, String> {
-        match env::var(COMEBACK) {
-            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|error| format!("{COMEBACK}: {error}")),
+        match env::var(REPLACEMENT) {
+            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|error| format!("{REPLACEMENT}: {error}")),
             Err(env::VarError::NotPresent) => Ok(None),
-            Err(error) => Err(format!("{COMEBACK}: {error}")),
+            Err(error) => Err(format!("{REPLACEMENT}: {error}")),
         }
     }
 }
 
 /// The samples of the steps that are done, as the recorder has them.
-struct Feed {
+struct RecordedSteps {
     input: BufReader<File>,
     channels: Vec<ChannelId>,
     bytes: Vec<u8>,
 }
 
-impl Feed {
-    fn open(worker: &Worker, orders: &Orders) -> Result<Self, String> {
-        let file = adopt(orders.feed).map_err(|error| format!("the recorded steps cannot be read: {error}"))?;
+impl RecordedSteps {
+    fn open(worker: &Worker, order: &ReplacementOrder) -> Result<Self, String> {
+        let file = adopt(order.pipe).map_err(|error| format!("the recorded steps cannot be read: {error}"))?;
         let input = BufReader::with_capacity(1 << 16, file.into());
         Ok(Self { input, channels: worker.plan.traffic(worker.number).into_iter().collect(), bytes: Vec::new() })
     }
@@ -104,51 +104,56 @@ struct Published {
 
 /// The way of a process through the steps that are done.
 pub(super) struct CatchUp {
-    orders: Orders,
-    feed: Feed,
-    /// Of what the process before this one has published and nobody has recorded yet.
+    order: ReplacementOrder,
+    recorded: RecordedSteps,
+    /// Of what the process before this one has published and the conductor has not recorded yet.
     former: Vec<ChannelReader>,
     /// What was published at the step in progress.
     published: Vec<Published>,
 }
 
 impl CatchUp {
-    pub(super) fn open(worker: &Worker, orders: Orders, hub: &Hub, seats: &[Seat]) -> Result<Self, String> {
-        let feed = Feed::open(worker, &orders)?;
-        let former = former_readers(worker, hub).map_err(|error| error.to_string())?;
-        let channels = seats.iter().flat_map(outputs);
+    pub(super) fn open(
+        worker: &Worker,
+        order: ReplacementOrder,
+        boards: &Boards,
+        shares: &[PhaseShare],
+    ) -> Result<Self, String> {
+        let recorded = RecordedSteps::open(worker, &order)?;
+        let former = former_readers(worker, boards).map_err(|error| error.to_string())?;
+        let channels = shares.iter().flat_map(outputs);
         let published = channels.map(|channel| Published { channel, header: None, words: Vec::new() }).collect();
-        Ok(Self { orders, feed, former, published })
+        Ok(Self { order, recorded, former, published })
     }
 
     /// The first step to go through.
     pub(super) fn first(&self) -> u64 {
-        self.orders.first
+        self.order.first
     }
 
-    /// Whether this seat of a step is done already.
-    pub(super) fn covers(&self, step: &Step, seat: usize) -> bool {
-        (step.index, seat) < (self.orders.step, self.orders.place)
+    /// Whether this share of a step is done already.
+    pub(super) fn covers(&self, step: &Step, share: usize) -> bool {
+        (step.index, share) < (self.order.step, self.order.place)
     }
 
-    /// Brings the samples that a seat reads, and what it has published, into the store.
+    /// Brings the samples that a share reads, and what it has published, into the store.
     pub(super) fn enter(
         &mut self,
         plan: &Plan,
-        seats: &[Seat],
-        seat: usize,
+        shares: &[PhaseShare],
+        share: usize,
         store: &mut Store,
         step: &Step,
     ) -> Result<(), Report> {
-        if step.index < self.orders.recorded {
-            if seat == 0 {
-                self.feed.step(plan, store, step.index)?;
+        if step.index < self.order.recorded {
+            if share == 0 {
+                self.recorded.step(plan, store, step.index)?;
                 self.published.iter_mut().for_each(|published| published.note(store, step.index));
             }
             return Ok(());
         }
-        seats[seat].fetch(plan, store, step)?;
-        for channel in outputs(&seats[seat]) {
+        shares[share].fetch(plan, store, step)?;
+        for channel in outputs(&shares[share]) {
             for reader in self.former.iter().filter(|reader| reader.channel == channel) {
                 let fetched = reader.fetch(&plan.network, store, step.index);
                 fetched.map_err(|wrong| refusal(wrong.describe(&plan.network)))?;
@@ -160,10 +165,16 @@ impl CatchUp {
     }
 
     /// Compares what was computed with what was published, and publishes that again.
-    pub(super) fn leave(&self, plan: &Plan, seat: &mut Seat, store: &mut Store, step: &Step) -> Result<(), Report> {
-        for channel in outputs(seat) {
+    pub(super) fn leave(
+        &self,
+        plan: &Plan,
+        share: &mut PhaseShare,
+        store: &mut Store,
+        step: &Step,
+    ) -> Result<(), Report> {
+        for channel in outputs(share) {
             for published in self.published.iter().filter(|published| published.channel == channel) {
-                if let Comeback::Recompute { since } = self.orders.comeback
+                if let Replacement::Recompute { since } = self.order.replacement
                     && step.index >= since
                 {
                     published.check(plan, store, step.index)?;
@@ -172,19 +183,19 @@ impl CatchUp {
                 published.restore(store, step.index);
             }
         }
-        seat.members.iter_mut().for_each(|seated| seated.publish(store, step));
+        share.members.iter_mut().for_each(|hosted| hosted.publish(store, step));
         Ok(())
     }
 
     /// From now on this process is the one that serves as its worker.
     pub(super) fn take_over(&self, worker: &Worker) {
-        worker.page.take_over(worker.number, self.orders.incarnation);
+        worker.page.take_over(worker.number, self.order.incarnation);
         worker.page.mark_ready(worker.number);
     }
 }
 
-fn outputs(seat: &Seat) -> impl Iterator<Item = ChannelId> {
-    seat.members.iter().flat_map(Seated::outputs)
+fn outputs(share: &PhaseShare) -> impl Iterator<Item = ChannelId> {
+    share.members.iter().flat_map(HostedNode::outputs)
 }
 
 fn refusal(message: String) -> Report {
@@ -192,11 +203,11 @@ fn refusal(message: String) -> Report {
 }
 
 /// Readers of what the process before this one has published.
-fn former_readers(worker: &Worker, hub: &Hub) -> Result<Vec<ChannelReader>, ServiceError> {
+fn former_readers(worker: &Worker, boards: &Boards) -> Result<Vec<ChannelReader>, ServiceError> {
     let incarnation = worker.page.incarnation(worker.number);
     let mut readers = Vec::new();
-    for share in Shares::of(&worker.plan).of_worker(worker.number) {
-        readers.extend(hub.open(&worker.plan, share, incarnation)?.readers(|_| true)?);
+    for part in BoardParts::of(&worker.plan).of_worker(worker.number) {
+        readers.extend(boards.open(&worker.plan, part, incarnation)?.readers(|_| true)?);
     }
     Ok(readers)
 }

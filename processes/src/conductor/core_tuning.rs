@@ -1,10 +1,10 @@
 //! On how many cores the processes of a run are: as many as make its steps shortest, tried while the run goes on.
 //!
 //! A second core halves what the processes compute, and the memory that they bring back into each core's caches in every step;
-//! but phases then end on two cores, and somebody has to watch on each of them (see `page::side`). Which weighs more depends on
+//! but phases then end on two cores, and a worker has to poll on each of them (see `page::protocol`). Which weighs more depends on
 //! the number of processes, on what they compute, on the machine, and on what else runs there. So it is measured: steps on
-//! the cores of now, then steps on twice as many, and the better arrangement is kept. If steps get much longer later, since
-//! somebody else has come to one of the cores, the run goes back to its own core. Whatever failed is tried again, ever more
+//! the cores of now, then steps on twice as many, and the better number of cores is kept. If steps get much longer later, since
+//! another program uses one of the cores, the run goes back to its own core. Whatever failed is tried again, ever more
 //! rarely.
 //!
 //! Where others compete for the cores, a step that depends on two of them can take a hundred times as long. So every trial has
@@ -15,9 +15,9 @@
 const FIRST: u64 = 200;
 /// Steps that are timed at once.
 const WINDOW: u64 = 32;
-/// Windows that an arrangement is timed for. The least time counts: strangers make times longer, never shorter.
+/// Windows that a number of cores is timed for. The least time counts: other programs make times longer, never shorter.
 const TRIAL: u32 = 4;
-/// Steps after a move that are not timed: sides and the manner of waiting settle.
+/// Steps after a move that are not timed: core groups and the way of waiting settle.
 const SETTLING: u64 = 192;
 /// More cores must make steps shorter by this factor to be kept.
 const MARGIN: f64 = 1.1;
@@ -38,10 +38,10 @@ const ERRATIC: f64 = 2.0;
 
 /// Times windows of steps and decides.
 #[derive(Debug)]
-pub(super) struct Balance {
+pub(super) struct CoreTuning {
     /// Cores that may be used.
     most: usize,
-    /// Cores of the arrangement that is kept, and the least time of a window in it.
+    /// The number of cores that is kept, and the least time of a window in it.
     kept: usize,
     least: u64,
     /// The same of what was tried last.
@@ -60,7 +60,7 @@ pub(super) struct Balance {
     cost: f64,
     /// The budget of the present trial.
     budget: f64,
-    /// A step of the arrangement that is kept, on average.
+    /// A step on the cores that are kept, on average.
     usual: f64,
     /// Sum of the windows that are timed at present.
     sum: u64,
@@ -73,9 +73,9 @@ pub(super) struct Balance {
 enum Stage {
     /// Nothing happens before this step.
     Rest(u64),
-    /// The arrangement of now is timed, so many more windows.
+    /// The present cores are timed, so many more windows.
     Time(u32),
-    /// Another arrangement settles until this step.
+    /// Another number of cores settles until this step.
     Settle(u64),
     /// It is timed, so many more windows; least so far.
     Try(u32, u64),
@@ -83,7 +83,7 @@ enum Stage {
     Guard(u32),
 }
 
-impl Balance {
+impl CoreTuning {
     /// Of a run on the first of `most` cores, in which a trial may take up to `dearest` longer than its steps would take without.
     pub(super) fn new(most: usize, dearest: u64) -> Self {
         Self {
@@ -106,7 +106,7 @@ impl Balance {
         }
     }
 
-    /// Ticks per step on one core and in the arrangement that was tried last, with its number of cores, as far as known.
+    /// Ticks per step on one core and on the cores that were tried last, with their number, as far as known.
     pub(super) fn findings(&self) -> (Option<f64>, Option<(usize, f64)>) {
         let per_step = |window: u64| (window < u64::MAX).then_some(window as f64 / WINDOW as f64);
         (per_step(self.alone), self.tried.and_then(|(cores, window)| Some((cores, per_step(window)?))))
@@ -219,7 +219,7 @@ impl Balance {
         }
     }
 
-    /// The arrangement after this one.
+    /// The number of cores to try after this one.
     fn next(&self) -> usize {
         (2 * self.kept).min(self.most)
     }
@@ -237,7 +237,7 @@ impl Balance {
         self.cost = 0.0;
     }
 
-    /// Goes back to an arrangement.
+    /// Goes back to a number of cores.
     fn give_up(&mut self, steps: u64, cores: usize) -> usize {
         self.settle_up();
         self.kept = cores;
@@ -280,7 +280,7 @@ mod tests {
 
     /// A run whose steps take so long on 1, 2 and 4 cores.
     struct Run {
-        balance: Balance,
+        tuning: CoreTuning,
         cores: usize,
         now: u64,
         step: u64,
@@ -288,7 +288,7 @@ mod tests {
 
     impl Run {
         fn new() -> Self {
-            Self { balance: Balance::new(4, DEAREST), cores: 1, now: 0, step: 0 }
+            Self { tuning: CoreTuning::new(4, DEAREST), cores: 1, now: 0, step: 0 }
         }
 
         /// For how many of so many steps each number of cores was used.
@@ -299,7 +299,7 @@ mod tests {
                 used[at] += 1;
                 self.now += time[at];
                 self.step += 1;
-                self.cores = self.balance.observe(self.step, self.now).unwrap_or(self.cores);
+                self.cores = self.tuning.observe(self.step, self.now).unwrap_or(self.cores);
             }
             used
         }
@@ -330,7 +330,7 @@ mod tests {
         while run.cores < 4 {
             run.steps(1, [900, 500, 300]);
         }
-        run.cores = run.balance.refuse(run.step);
+        run.cores = run.tuning.refuse(run.step);
         assert_eq!(run.cores, 2);
         assert_eq!(run.steps(50_000, [900, 500, 300])[1], 50_000);
     }
@@ -406,8 +406,8 @@ mod tests {
 
     #[test]
     fn one_core_is_left_alone() {
-        let mut balance = Balance::new(1, DEAREST);
-        assert!((0..10_000).all(|step| balance.observe(step, 100 * step).is_none()));
+        let mut tuning = CoreTuning::new(1, DEAREST);
+        assert!((0..10_000).all(|step| tuning.observe(step, 100 * step).is_none()));
     }
 
     #[test]

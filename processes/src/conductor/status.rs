@@ -1,4 +1,4 @@
-//! What makes the conductor look up while it waits for a phase.
+//! The state of a run that its threads share: the page, which workers are dead, whether it is interrupted.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -6,34 +6,34 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use crate::page::Page;
 use crate::ticks::Rate;
 
-/// The page, and what is known about its run beyond it.
-pub(super) struct Alarm {
+/// The page of a run, and what is known about the run besides.
+pub(super) struct RunStatus {
     pub(super) page: Page,
     /// What the times on the page mean.
     pub(super) rate: Rate,
     interrupted: AtomicBool,
-    /// Whether anybody is dead, so that a look at all of them is rare.
+    /// Whether any worker is dead, so that a look at all of them is rare.
     any_dead: AtomicBool,
     dead: Box<[AtomicBool]>,
 }
 
 /// Ends a run from another thread, such as that of a signal handler.
 #[derive(Clone)]
-pub struct Interrupt(pub(super) Arc<Alarm>);
+pub struct Interrupt(pub(super) Arc<RunStatus>);
 
 impl Interrupt {
     /// Makes the step in progress, or the next one, end with [`RunError::Interrupted`](crate::RunError::Interrupted) at once,
     /// and every worker end at its next gate. Needs nothing of the thread that runs the conductor: a bridge halts its robot
     /// even if that thread is busy.
     pub fn raise(&self) {
-        // First: who finds that a worker has ended finds out why, too.
+        // First: a thread that finds that a worker has ended finds the reason, too.
         self.0.interrupted.store(true, SeqCst);
         self.0.page.stop();
         self.0.page.ring();
     }
 }
 
-impl Alarm {
+impl RunStatus {
     pub(super) fn new(page: Page, workers: usize) -> Self {
         let dead = (0..workers).map(|_| AtomicBool::new(false)).collect();
         Self { page, rate: Rate::start(), interrupted: AtomicBool::new(false), any_dead: AtomicBool::new(false), dead }
@@ -56,7 +56,7 @@ impl Alarm {
         self.dead[worker].load(SeqCst)
     }
 
-    /// Somebody takes the place of a dead worker.
+    /// Another process takes the place of a dead worker.
     pub(super) fn forget_death(&self, worker: usize) {
         self.dead[worker].store(false, SeqCst);
     }

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::alarm::Alarm;
+use super::status::RunStatus;
 use crate::page::Run;
 use crate::ticks::Rate;
 use lockstep::{Local, LocalCounts, Plan};
 
 /// Reads the counters of a run. It outlives the run, and then shows where it ended.
 #[derive(Clone)]
-pub struct Gauge {
+pub struct Statistics {
     source: Source,
     names: Vec<String>,
     /// The workers of every phase.
@@ -20,7 +20,7 @@ pub struct Gauge {
 
 #[derive(Clone)]
 enum Source {
-    Processes(Arc<Alarm>),
+    Processes(Arc<RunStatus>),
     Local(Arc<LocalCounts>),
 }
 
@@ -76,7 +76,7 @@ pub struct Span {
     pub length: Duration,
 }
 
-impl From<&Local> for Gauge {
+impl From<&Local> for Statistics {
     /// Reads the counters of a run in one process. Times are those of one step in 64.
     fn from(local: &Local) -> Self {
         let names = local.network().nodes.iter().map(|node| node.name.clone()).collect();
@@ -88,23 +88,23 @@ impl From<&Local> for Gauge {
     }
 }
 
-impl Gauge {
-    pub(super) fn new(alarm: Arc<Alarm>, plan: &Plan) -> Self {
+impl Statistics {
+    pub(super) fn new(status: Arc<RunStatus>, plan: &Plan) -> Self {
         let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
         let members = (0..plan.phase_count()).map(|phase| plan.members(phase)).collect();
-        Self { source: Source::Processes(alarm), names, members, rate: Rate::start() }
+        Self { source: Source::Processes(status), names, members, rate: Rate::start() }
     }
 
     /// The counters now.
     pub fn read(&self) -> Snapshot {
         match &self.source {
-            Source::Processes(alarm) => self.read_page(alarm),
+            Source::Processes(status) => self.read_page(status),
             Source::Local(counts) => self.read_local(counts),
         }
     }
 
-    fn read_page(&self, alarm: &Alarm) -> Snapshot {
-        let page = &alarm.page;
+    fn read_page(&self, status: &RunStatus) -> Snapshot {
+        let page = &status.page;
         let usage = |(worker, name): (usize, &String)| {
             let counts = page.counts(worker);
             WorkerUsage {
@@ -151,9 +151,9 @@ impl Gauge {
     /// The last runs of every worker, as many as [`Plan::traced`] says; none of a run in one process. Only whole once the run
     /// is over or paused.
     pub fn spans(&self) -> Vec<Span> {
-        let Source::Processes(alarm) = &self.source else { return Vec::new() };
+        let Source::Processes(status) = &self.source else { return Vec::new() };
         let workers = 0..self.names.len();
-        let runs = workers.flat_map(|worker| alarm.page.runs(worker).into_iter().map(move |run| (worker, run)));
+        let runs = workers.flat_map(|worker| status.page.runs(worker).into_iter().map(move |run| (worker, run)));
         let runs: Vec<(usize, Run)> = runs.collect();
         let origin = runs.iter().map(|(_, run)| run.start).min().unwrap_or(0);
         let seconds_per_tick = self.rate.seconds_per_tick();

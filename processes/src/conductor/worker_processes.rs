@@ -5,15 +5,15 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::alarm::Alarm;
-use super::child::{Child, Outfit};
+use super::child::{Child, ChildSetup};
 use super::error::{Activity, Death, Late, RunError, system};
-use super::guardian::Guardian;
+use super::output_reader::OutputReader;
 use super::poll::Poll;
-use super::pump::Pump;
-use crate::lineage::{Lineage, Mark};
+use super::status::RunStatus;
+use super::supervisor::Supervisor;
+use crate::descendants::{Descendants, Mark};
 use crate::ticks;
-use crate::worker::Orders;
+use crate::worker::ReplacementOrder;
 use lockstep::Plan;
 
 /// How long a report may wait for the end of what a dead child has printed.
@@ -25,46 +25,57 @@ const INTERRUPTED_GRACE: Duration = Duration::from_millis(400);
 /// How often to look whether a worker that is to end has done so.
 const DISMISSAL_LOOK: Duration = Duration::from_millis(10);
 
-/// The processes and those who look after them. Dropping it ends the run: no process is left.
-pub(super) struct Crew {
-    pub(super) alarm: Arc<Alarm>,
+/// The processes, with the threads that watch them and read their output. Dropping it ends the run: no process is left.
+pub(super) struct WorkerProcesses {
+    pub(super) status: Arc<RunStatus>,
     names: Vec<String>,
     children: Vec<Option<Child>>,
     /// How many processes each worker has had.
     spawned: Vec<u32>,
     /// What marks the process of each worker, and all that descends from it.
     marks: Vec<Option<Mark>>,
-    lineage: Lineage,
+    descendants: Descendants,
     grace: Duration,
     /// Watches the processes.
     watch: Poll,
     /// Reads what they print.
-    pump: Pump,
+    output_reader: OutputReader,
     /// Ends what the processes have started, after them.
-    _guardian: Guardian,
+    _supervisor: Supervisor,
 }
 
-impl Crew {
+impl WorkerProcesses {
     pub(super) fn new(
         plan: &Plan,
-        alarm: Arc<Alarm>,
+        status: Arc<RunStatus>,
         grace: Duration,
         forward: bool,
-        (lineage, guardian): (Lineage, Guardian),
+        (descendants, supervisor): (Descendants, Supervisor),
     ) -> Result<Self, RunError> {
         let names = plan.workers.iter().map(|worker| worker.name.clone()).collect();
         let children = plan.workers.iter().map(|_| None).collect();
         let (spawned, marks) = (vec![0; plan.workers.len()], vec![None; plan.workers.len()]);
-        let bell = Arc::clone(&alarm);
+        let bell = Arc::clone(&status);
         let watch = Poll::start("phalanx-watch", move |worker| bell.report_death(worker));
         let watch = watch.map_err(system("start the thread that watches the processes"))?;
-        let pump = Pump::start(forward).map_err(system("start the thread that reads their output"))?;
-        Ok(Self { alarm, names, children, spawned, marks, lineage, grace, watch, pump, _guardian: guardian })
+        let output_reader = OutputReader::start(forward).map_err(system("start the thread that reads their output"))?;
+        Ok(Self {
+            status,
+            names,
+            children,
+            spawned,
+            marks,
+            descendants,
+            grace,
+            watch,
+            output_reader,
+            _supervisor: supervisor,
+        })
     }
 
     /// Keeps what the processes print in files in `folder`.
     pub(super) fn keep_output(&mut self, folder: &Path) -> Result<(), RunError> {
-        self.pump.keep_in(folder).map_err(system(format!("create the folder {}", folder.display())))
+        self.output_reader.keep_in(folder).map_err(system(format!("create the folder {}", folder.display())))
     }
 
     /// Starts the process of a worker.
@@ -74,20 +85,20 @@ impl Crew {
         command: Command,
         cpu: Option<usize>,
         directory: &Path,
-        orders: Option<Orders>,
+        order: Option<ReplacementOrder>,
     ) -> Result<u32, RunError> {
         // Counted whatever comes of it: what was made for it has its number. Who was there before is dead.
         self.spawned[worker] += 1;
         self.children[worker] = None;
         // So is all that it has started: two that serve as one worker would spoil the run.
         self.marks[worker].take().into_iter().for_each(Mark::end);
-        let mark = self.lineage.mark(self.spawned.iter().sum());
+        let mark = self.descendants.mark(self.spawned.iter().sum());
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
         let failed = || system(format!("spawn {name} ({program})"));
-        let outfit = Outfit { directory, worker, page: self.alarm.page.file(), cpu, orders, mark };
-        let (child, output) = Child::spawn(command, &outfit).map_err(failed())?;
-        self.pump.add(worker, name, output).map_err(failed())?;
+        let setup = ChildSetup { directory, worker, page: self.status.page.file(), cpu, order, mark };
+        let (child, output) = Child::spawn(command, &setup).map_err(failed())?;
+        self.output_reader.add(worker, name, output).map_err(failed())?;
         self.watch.add(child.pidfd(), worker, true).map_err(failed())?;
         let pid = child.pid();
         self.children[worker] = Some(child);
@@ -100,20 +111,20 @@ impl Crew {
         self.spawned[worker]
     }
 
-    /// Sees to it that the process of a worker is dead: asks it to end unless it is, and kills it after the grace period, at
+    /// Ends the process of a worker: asks it to end unless it is, and kills it after the grace period, at
     /// once if it cannot be asked.
     pub(super) fn dismiss(&self, worker: usize, ask: bool) {
-        let (page, start) = (&self.alarm.page, Instant::now());
+        let (page, start) = (&self.status.page, Instant::now());
         if ask {
             page.dismiss(worker);
         }
         let Some(child) = &self.children[worker] else { return };
-        while !self.alarm.is_dead(worker) {
+        while !self.status.is_dead(worker) {
             let rings = page.rings();
-            if !ask || start.elapsed() >= self.grace || self.alarm.is_interrupted() {
+            if !ask || start.elapsed() >= self.grace || self.status.is_interrupted() {
                 child.kill();
             }
-            if !self.alarm.is_dead(worker) {
+            if !self.status.is_dead(worker) {
                 page.sleep(rings, DISMISSAL_LOOK);
             }
         }
@@ -136,14 +147,14 @@ impl Crew {
             death,
             step,
             phase,
-            last_lines: self.pump.last_lines(worker, LAST_WORDS),
+            last_lines: self.output_reader.last_lines(worker, LAST_WORDS),
         }
     }
 
     /// What is known about a worker that keeps the others waiting, in `phase` or before it is connected.
     pub(super) fn late(&self, worker: usize, phase: Option<usize>) -> Late {
         let state = self.children[worker].as_ref().map_or('?', Child::state);
-        // Whoever is stopped, say, waits nowhere.
+        // A process that is stopped, for instance, waits for nothing.
         let waiting = self.children[worker].as_ref().filter(|_| ['S', 'D'].contains(&state));
         Late {
             activity: self.activity(worker, phase),
@@ -151,12 +162,12 @@ impl Crew {
             worker: self.names[worker].clone(),
             pid: self.pid(worker),
             state,
-            last_lines: self.pump.last_lines(worker, Duration::ZERO),
+            last_lines: self.output_reader.last_lines(worker, Duration::ZERO),
         }
     }
 
     fn activity(&self, worker: usize, phase: Option<usize>) -> Activity {
-        let Alarm { page, rate, .. } = &*self.alarm;
+        let RunStatus { page, rate, .. } = &*self.status;
         let Some(phase) = phase else {
             return if page.is_taken(worker) { Activity::Connecting } else { Activity::Starting };
         };
@@ -170,12 +181,12 @@ impl Crew {
     }
 }
 
-impl Drop for Crew {
+impl Drop for WorkerProcesses {
     fn drop(&mut self) {
-        let page = &self.alarm.page;
+        let page = &self.status.page;
         page.stop();
         self.children.iter().flatten().for_each(Child::resume);
-        let grace = if self.alarm.is_interrupted() { self.grace.min(INTERRUPTED_GRACE) } else { self.grace };
+        let grace = if self.status.is_interrupted() { self.grace.min(INTERRUPTED_GRACE) } else { self.grace };
         let start = Instant::now();
         loop {
             let rings = page.rings();
