@@ -26,7 +26,7 @@ pub const ROUNDS: u64 = 3;
 pub fn main() -> ExitCode {
     // A process of the drones is told so by an argument; all processes of runs have the variable.
     if env::args().nth(1).as_deref() == Some("participant") {
-        return orchestrator::cli::main(&thesis::catalog());
+        return orchestrator::cli::main(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS));
     }
     if env::var_os("PHALANX_WORKER").is_some() {
         return processes::serve(|plan, nodes| {

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    orchestrator::main(&thesis::catalog())
+    orchestrator::main(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS))
 }

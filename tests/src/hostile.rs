@@ -56,7 +56,7 @@ pub fn log(data: &[u8]) {
     let folder = Scratch::new("log");
     let (path, out) = (folder.0.join("a.mcap"), folder.0.join("b.mcap"));
     fs::write(&path, data).expect("a file");
-    match Subject::open(&thesis::catalog(), &path) {
+    match Subject::open(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS), &path) {
         Ok(subject) => {
             let _ = report::html(&[subject]);
         }

@@ -14,8 +14,9 @@ const PAGE: &str = include_str!("../../docs/thesis-results.md");
 fn check(scenario: &str) {
     let folder = std::env::temp_dir().join(format!("phalanx-campaign-{}-{scenario}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the logs");
-    let campaign = run_all(&thesis::catalog(), &[scenario.to_string()], &folder, |_, _, _| {})
-        .expect("every run can be carried out");
+    let campaign =
+        run_all(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS), &[scenario.to_string()], &folder, |_, _, _| {})
+            .expect("every run can be carried out");
     std::fs::remove_dir_all(&folder).expect("the logs are removed");
     let missed = missed(&campaign);
     assert!(campaign.ok() && missed.is_empty(), "{}", missed.join("\n"));

@@ -5,6 +5,8 @@
 
 mod metrics;
 
+use formation::scenario::Shipped;
+use formation::wiring::Roles;
 use orchestrator::catalog::Catalog;
 
 pub use metrics::{SETS, SIGNALS};
@@ -12,20 +14,21 @@ pub use metrics::{SETS, SIGNALS};
 /// The figures of the thesis that show results, drawn from logs.
 pub const FIGURES: &str = include_str!("figures.toml");
 
-/// All that the thesis brings along: its components, scenarios, metrics and figures.
+/// These components and scenarios, with the metrics and figures of the thesis.
 ///
-/// A program with schemes of its own starts from it, or from [`Catalog::empty`]:
+/// The components are an argument, so that a changed control law is compiled without the metrics. A program with schemes of its own
+/// starts from this catalog, or from [`Catalog::empty`]:
 ///
 /// ```
 /// # use orchestrator::judge::metrics::{Metric, MetricSet};
-/// let mut catalog = thesis::catalog();
+/// let mut catalog = thesis::catalog(schemes::ROLES, schemes::SCENARIOS);
 /// catalog.metrics.push(MetricSet { name: "mine", compute: |run| Ok(vec![Metric::new("samples", run.samples() as f64)]) });
 /// assert!(catalog.metric_set("mine").is_some() && catalog.metric_set("uav").is_some());
 /// ```
-pub fn catalog() -> Catalog {
+pub fn catalog(roles: Roles, scenarios: &[Shipped]) -> Catalog {
     Catalog {
-        roles: schemes::ROLES,
-        scenarios: schemes::SCENARIOS.to_vec(),
+        roles,
+        scenarios: scenarios.to_vec(),
         metrics: metrics::SETS.to_vec(),
         signals: metrics::SIGNALS.to_vec(),
         figures: vec![FIGURES],

@@ -18,7 +18,7 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().collect();
     match words.get(1..) {
         Some([command, fault]) if command == "misbehave" => misbehave(fault),
-        _ => orchestrator::cli::main(&thesis::catalog()),
+        _ => orchestrator::cli::main(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS)),
     }
 }
 
