@@ -293,7 +293,7 @@ fn no_message_is_longer_than_one_reads() {
         "--set",
         &format!("reference.position=['{}alfa', '0', '0']", "t + ".repeat(900)),
     ]);
-    assert!(end.stderr().contains("found 'alfa' in \"…"), "{}", end.stderr());
+    assert!(end.stderr().contains("found 'alfa' (column 3601 of \"…"), "{}", end.stderr());
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub(crate) use brief::around;
 pub use brief::{brief, readable};
 pub use diagonal::Diagonal;
 pub use file::{TextError, read_text};
-pub use nearest::nearest;
+pub use nearest::{did_you_mean, nearest};
 pub use node::{Node, Value};
 pub use per_agent::PerAgent;
 pub use problem::{Problem, Problems, Sort};

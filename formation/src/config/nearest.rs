@@ -27,6 +27,17 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     near.min_by_key(|&(distance, _)| distance).map(|(_, candidate)| candidate)
 }
 
+/// The end of a message about an unknown name: `` "; did you mean `c_p`?" ``, or nothing if no candidate is near.
+///
+/// ```
+/// use formation::config::did_you_mean;
+/// assert_eq!(did_you_mean("c_q", ["lam_p", "c_p", "k_p"]), "; did you mean `c_p`?");
+/// assert_eq!(did_you_mean("mass", ["lam_p", "c_p", "k_p"]), "");
+/// ```
+pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(name, candidates).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+}
+
 /// Damerau-Levenshtein distance where no part is edited twice (optimal string alignment).
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut before_last: Vec<usize> = Vec::new();

@@ -94,7 +94,7 @@ impl<'de> Visitor<'de> for RuleVisitor {
         };
         match Expression::parse(text).and_then(|expression| expression.compile(slot)) {
             Ok(formula) => Ok(Rule::Formula { text: text.into(), formula }),
-            Err(error) => Err(E::custom(format!("not a formula of i and N: {error}"))),
+            Err(error) => Err(E::custom(format!("not a formula of i and N: {}", error.within(text)))),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::evaluate::{Operation, STACK};
 use super::function::{Binary, Function, Unary};
-use super::parse::{Parsed, Term};
+use super::parse::{Name, Term};
 use super::real::Real;
 use super::{Formula, FormulaError};
 
@@ -20,23 +20,28 @@ pub enum Operand {
     Formula(Formula),
 }
 
-/// Compiles a parsed formula.
+/// Asks for the meaning of every name once.
+///
+/// # Errors
+/// A [`FormulaError`] at the first one for which `resolve` returns `None`.
+pub(super) fn bind(
+    names: &[Name],
+    mut resolve: impl FnMut(&str) -> Option<Operand>,
+) -> Result<Vec<Operand>, FormulaError> {
+    let unknown = |name: &Name| FormulaError::new(name.offset, format!("expected a known name, found '{}'", name.text));
+    names.iter().map(|name| resolve(&name.text).ok_or_else(|| unknown(name))).collect()
+}
+
+/// Compiles terms that leave one value, with the meanings of their names.
 ///
 /// # Errors
 /// See [`Expression::compile`](super::Expression::compile).
-pub(super) fn compile(
-    parsed: &Parsed,
-    mut resolve: impl FnMut(&str) -> Option<Operand>,
-) -> Result<Formula, FormulaError> {
-    let mut operands = Vec::with_capacity(parsed.names.len());
-    for name in &parsed.names {
-        let unknown = || FormulaError::new(name.offset, format!("expected a known name, found '{}'", name.text));
-        operands.push(resolve(&name.text).ok_or_else(unknown)?);
-    }
+pub(super) fn compile(terms: &[(usize, Term)], operands: &[Operand]) -> Result<Formula, FormulaError> {
     let mut compiler = Compiler::default();
-    for &(offset, term) in &parsed.terms {
+    for &(offset, term) in terms {
         match term {
             Term::Number(value) => compiler.operand(&[Operation::Constant(value)], 1),
+            Term::Slot(slot) => compiler.operand(&[Operation::Slot(slot)], 1),
             Term::Name(index) => match &operands[index] {
                 Operand::Constant(value) => compiler.operand(&[Operation::Constant(*value)], 1),
                 Operand::Slot(slot) => compiler.operand(&[Operation::Slot(*slot)], 1),

@@ -1,5 +1,8 @@
 //! What is wrong with a formula, and where.
 
+use super::Cursor;
+use crate::config::{around, did_you_mean};
+
 /// A formula that cannot be read or compiled.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
@@ -11,7 +14,30 @@ pub struct FormulaError {
 }
 
 impl FormulaError {
-    pub(super) fn new(offset: usize, message: impl Into<String>) -> Self {
+    /// A mistake at this byte of the text.
+    pub fn new(offset: usize, message: impl Into<String>) -> Self {
         Self { offset, message: message.into() }
+    }
+
+    /// Adds that of `names` which is close to the word at the mistake, if there is one.
+    #[must_use]
+    pub fn with_hint<'n>(mut self, text: &str, names: impl IntoIterator<Item = &'n str>) -> Self {
+        let word = |c: &char| c.is_alphanumeric() || *c == '_';
+        let found: String = text.get(self.offset..).unwrap_or_default().chars().take_while(word).collect();
+        self.message.push_str(&did_you_mean(&found, names));
+        self
+    }
+
+    /// The message with the place in the formula `text`.
+    ///
+    /// ```
+    /// use formation::formula::Expression;
+    /// let text = "2*sin(t";
+    /// let error = Expression::parse(text).unwrap_err().within(text);
+    /// assert!(error.ends_with("found the end of the formula (column 8 of \"2*sin(t\")"), "{error}");
+    /// ```
+    pub fn within(&self, text: &str) -> String {
+        let column = Cursor::new(text).column(self.offset);
+        format!("{} (column {column} of \"{}\")", self.message, around(text, self.offset))
     }
 }

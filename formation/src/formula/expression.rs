@@ -1,8 +1,8 @@
 //! A formula as text that has been read, its names not yet bound.
 
-use super::compile::compile;
+use super::compile::{bind, compile};
 use super::parse::{Parsed, parse};
-use super::{Formula, FormulaError, Operand};
+use super::{Formula, FormulaError, Operand, Operands};
 
 /// A parsed formula. [`Expression::compile`] makes it one that can be evaluated.
 ///
@@ -34,7 +34,17 @@ impl Expression {
     /// # Errors
     /// [`FormulaError`] says at which byte the text stops being a formula, what stands there and what was expected.
     pub fn parse(text: &str) -> Result<Expression, FormulaError> {
-        Ok(Self { text: text.into(), parsed: parse(text)? })
+        Self::parse_with(text, &mut ())
+    }
+
+    /// The same with operands of the caller.
+    ///
+    /// # Errors
+    /// Also those of [`Operands::read`].
+    pub fn parse_with(text: &str, operands: &mut dyn Operands) -> Result<Expression, FormulaError> {
+        let parsed = parse(text, operands)?;
+        parsed.value.number(0)?;
+        Ok(Self { text: text.into(), parsed })
     }
 
     /// The text as it was written.
@@ -53,7 +63,7 @@ impl Expression {
     /// [`FormulaError`] at the first appearance of a name for which `resolve` returns `None`, and for a formula that,
     /// with its named parts put in, has more than 4096 operations or more than 32 intermediate results at a time.
     pub fn compile(&self, resolve: impl FnMut(&str) -> Option<Operand>) -> Result<Formula, FormulaError> {
-        compile(&self.parsed, resolve)
+        compile(&self.parsed.terms, &bind(&self.parsed.names, resolve)?)
     }
 
     /// The value of a formula without free names. It may be infinite or not a number, as that of `1/0`.

@@ -75,11 +75,12 @@ impl Function {
         FUNCTIONS.map(|(name, _)| name).join(", ")
     }
 
-    /// Number of arguments.
-    pub(super) fn arguments(self) -> usize {
+    /// Number of arguments, `None` for one or more.
+    pub(super) fn arguments(self) -> Option<usize> {
         match self {
-            Function::Unary(_) => 1,
-            Function::Binary(_) => 2,
+            Function::Unary(_) => Some(1),
+            Function::Binary(Binary::Minimum | Binary::Maximum) => None,
+            Function::Binary(_) => Some(2),
         }
     }
 }

@@ -13,7 +13,13 @@
 //! | names           | letters, digits and `_`, not starting with a digit                                           |
 //! | operators       | `+ -`, then `* /`, then unary `-`, then `^`, which associates to the right: `-x^2 = -(x^2)`  |
 //! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`; `sign(0) = 0`              |
-//! | two arguments   | `atan2(y,x)`, `min`, `max`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                |
+//! | two arguments   | `atan2(y,x)`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                              |
+//!
+//! | `min`, `max`    | of one or more arguments                                                                     |
+//! | other names     | in backticks: `` `b_ξ` ``                                                                    |
+//!
+//! A [`Condition`] compares formulas: `<`, `<=`, `>`, `>=`, also in a row (`1 <= x <= 2`), `not_finite(x)`, joined by `and`, then
+//! `or`, with parentheses. A caller may add [`Operands`] of its own to either.
 //!
 //! Time derivatives are those to the right: at a switch of `abs`, `sign`, `min`, `max` or `sig`, those of the branch that
 //! holds just after the instant.
@@ -26,6 +32,7 @@
 //! slot, so that folding constants never changes a result.
 
 mod compile;
+mod condition;
 mod error;
 mod evaluate;
 mod expression;
@@ -33,6 +40,7 @@ mod extract;
 mod function;
 mod germ;
 mod jet;
+mod operand;
 mod parse;
 mod real;
 mod token;
@@ -41,7 +49,9 @@ mod token;
 mod tests;
 
 pub use compile::Operand;
+pub use condition::{Compared, Comparison, Condition};
 pub use error::FormulaError;
 pub use evaluate::Formula;
 pub use expression::Expression;
 pub use jet::Jet;
+pub use operand::{Cursor, Operands};

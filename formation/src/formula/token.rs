@@ -1,12 +1,16 @@
 //! Text to tokens.
 
-use super::FormulaError;
+use super::condition::Relation;
+use super::{Cursor, FormulaError};
 
 /// A word of the language.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind<'a> {
     Number(f64),
     Name(&'a str),
+    /// A name in backticks, which is never a function or a keyword.
+    Quoted(&'a str),
+    Relation(Relation),
     /// An operator, a parenthesis or a comma.
     Symbol(char),
     /// Behind the last word.
@@ -32,35 +36,27 @@ impl Token<'_> {
     }
 }
 
-/// Cuts a formula into tokens, one at a time.
-#[derive(Debug)]
-pub(super) struct Tokens<'a> {
-    text: &'a str,
-    position: usize,
-}
-
-impl<'a> Tokens<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
-        Self { text, position: 0 }
-    }
-
+impl<'a> Cursor<'a> {
     /// The next token; [`Kind::End`] again and again at the end.
     ///
     /// # Errors
     /// A [`FormulaError`] for a character that no token starts with and for a malformed or infinite number.
-    pub(super) fn next(&mut self) -> Result<Token<'a>, FormulaError> {
-        self.skip(|byte| byte.is_ascii_whitespace());
-        let offset = self.position;
-        let kind = match self.text[offset..].chars().next() {
+    pub(super) fn token(&mut self) -> Result<Token<'a>, FormulaError> {
+        self.skip_space();
+        let offset = self.offset();
+        let kind = match self.peek() {
             None => Kind::End,
-            Some('0'..='9') => Kind::Number(self.number(offset)?),
-            Some('a'..='z' | 'A'..='Z' | '_') => {
-                self.skip(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-                Kind::Name(&self.text[offset..self.position])
-            }
+            Some('0'..='9') => Kind::Number(self.number()?),
+            Some(first) if first.is_alphabetic() || first == '_' => Kind::Name(self.take_name()),
+            Some('`') => Kind::Quoted(self.take_quoted()?),
+            Some('<' | '>') => Kind::Relation(self.relation()),
             Some(symbol @ ('+' | '-' | '*' | '/' | '^' | '(' | ')' | ',')) => {
-                self.position += 1;
+                self.take(symbol);
                 Kind::Symbol(symbol)
+            }
+            Some('=' | '!') => {
+                let message = "expected <, <=, > or >=: numbers are not compared for equality";
+                return Err(FormulaError::new(offset, message));
             }
             Some('.') => {
                 return Err(FormulaError::new(offset, "expected a digit in front of the point: write 0.5, not .5"));
@@ -71,46 +67,42 @@ impl<'a> Tokens<'a> {
                 return Err(FormulaError::new(offset, message));
             }
         };
-        Ok(Token { kind, offset, text: &self.text[offset..self.position] })
+        Ok(Token { kind, offset, text: self.since(offset) })
     }
 
-    fn number(&mut self, offset: usize) -> Result<f64, FormulaError> {
+    fn relation(&mut self) -> Relation {
+        let is_greater = !self.take('<') && self.take('>');
+        match (is_greater, self.take('=')) {
+            (false, false) => Relation::Less,
+            (false, true) => Relation::LessOrEqual,
+            (true, false) => Relation::Greater,
+            (true, true) => Relation::GreaterOrEqual,
+        }
+    }
+
+    fn number(&mut self) -> Result<f64, FormulaError> {
+        let offset = self.offset();
         self.digits();
-        if self.peek(0) == Some(b'.') {
-            self.position += 1;
-            if !self.digits() {
-                return Err(FormulaError::new(self.position, "expected a digit behind the point: write 1.0, not 1."));
-            }
+        if self.take('.') && !self.digits() {
+            return Err(FormulaError::new(self.offset(), "expected a digit behind the point: write 1.0, not 1."));
         }
-        if matches!(self.peek(0), Some(b'e' | b'E')) {
+        let mut exponent = *self;
+        if exponent.take('e') || exponent.take('E') {
+            let _has_sign = exponent.take('+') || exponent.take('-');
             // Without a digit the letter starts a name, and the parser says what is wrong with that.
-            let sign = usize::from(matches!(self.peek(1), Some(b'+' | b'-')));
-            if self.peek(1 + sign).is_some_and(|byte| byte.is_ascii_digit()) {
-                self.position += 1 + sign;
-                self.digits();
+            if exponent.digits() {
+                *self = exponent;
             }
         }
-        let digits = &self.text[offset..self.position];
+        let digits = self.since(offset);
         match digits.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => Err(FormulaError::new(offset, format!("expected a number below 1.8e308, found '{digits}'"))),
         }
     }
 
-    /// Skips digits; whether there were any.
+    /// Steps over digits; whether there were any.
     fn digits(&mut self) -> bool {
-        let start = self.position;
-        self.skip(|byte| byte.is_ascii_digit());
-        self.position > start
-    }
-
-    fn skip(&mut self, belongs: impl Fn(u8) -> bool) {
-        while self.peek(0).is_some_and(&belongs) {
-            self.position += 1;
-        }
-    }
-
-    fn peek(&self, ahead: usize) -> Option<u8> {
-        self.text.as_bytes().get(self.position + ahead).copied()
+        !self.take_while(|character| character.is_ascii_digit()).is_empty()
     }
 }

@@ -49,7 +49,7 @@ impl<'de> Deserialize<'de> for Coordinate {
 
 fn constant<E: Error>(text: &str) -> Result<f64, E> {
     let value = Expression::parse(text).and_then(|expression| expression.constant());
-    value.map_err(|error| E::custom(format!("not a formula of numbers: {error}")))
+    value.map_err(|error| E::custom(format!("not a formula of numbers: {}", error.within(text))))
 }
 
 struct CoordinateVisitor;

@@ -1,6 +1,6 @@
 //! Formulas of a scenario, compiled for each agent.
 
-use crate::config::{Node, Problem, Problems, around, nearest};
+use crate::config::{Node, Problem, Problems, around};
 use crate::formula::{Expression, Formula, Operand};
 
 /// A list of formulas and the names that they may use.
@@ -122,16 +122,9 @@ impl Formulas<'_> {
         match compiled {
             Ok(formula) => Some(formula),
             Err(error) => {
-                let names =
-                    self.variables.iter().map(|(name, _)| *name).chain(defined.iter().map(|(name, _)| name.as_str()));
-                let found: String = text[error.offset.min(text.len())..]
-                    .chars()
-                    .take_while(|c| c.is_alphanumeric() || *c == '_')
-                    .collect();
-                let hint =
-                    nearest(&found, names.chain(["i", "N", "pi"])).map(|name| format!("; did you mean `{name}`?"));
-                let message =
-                    format!("{} in \"{}\"{}", error.message, around(&text, error.offset), hint.unwrap_or_default());
+                let variables = self.variables.iter().map(|(name, _)| *name);
+                let names = variables.chain(defined.iter().map(|(name, _)| name.as_str())).chain(["i", "N", "pi"]);
+                let message = error.with_hint(&text, names).within(&text);
                 problems.push(Problem::new(Some(node.origin.clone()), path, message));
                 None
             }

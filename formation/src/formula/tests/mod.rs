@@ -1,5 +1,6 @@
 //! Tests of the module as a whole.
 
+mod conditions;
 mod derivatives;
 mod language;
 mod values;

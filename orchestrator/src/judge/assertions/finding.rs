@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Assertion, Severity};
+use super::{Assertion, Severity, Signal};
 use crate::judge::verdict::short;
 
 /// A value at an instant.
@@ -14,7 +14,7 @@ pub(super) struct Moment {
     pub(super) value: f64,
 }
 
-/// A value beyond its bound.
+/// A value beyond its bound, or a condition that does not hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
     /// The step.
@@ -23,12 +23,21 @@ pub struct Violation {
     pub time: f64,
     /// Number of the agent; 0 for all of them together.
     pub agent: u32,
-    /// The value.
+    /// The value; the margin of a condition.
     pub value: f64,
-    /// The bound that it violates.
-    pub bound: f64,
-    /// Whether that is the lower one.
-    pub below: bool,
+    /// What it violates.
+    pub limit: Limit,
+}
+
+/// What a value may violate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Its lower bound.
+    Min(f64),
+    /// Its upper bound.
+    Max(f64),
+    /// A condition.
+    Condition,
 }
 
 /// What became of one assertion.
@@ -42,6 +51,8 @@ pub struct Finding {
     pub severity: Severity,
     /// The bounds; the strictest if they differ between agents.
     bounds: (f64, f64),
+    /// Whether the signal is a condition, whose margin is compared.
+    is_condition: bool,
     /// How many values were compared.
     pub checked: u64,
     /// How many of them were beyond a bound.
@@ -55,12 +66,13 @@ pub struct Finding {
 impl Violation {
     /// In words, behind the name of the assertion.
     pub fn text(&self, signal: &str) -> String {
-        let Self { time, value, bound, below, .. } = self;
+        let Self { time, value, .. } = self;
         let place = format!("{} at t = {} s: {signal}", who(self.agent), tidy(*time));
-        match (value.is_nan(), below) {
-            (true, _) => format!("{place} is NaN"),
-            (false, true) => format!("{place} = {} < {}", short(*value), short(*bound)),
-            (false, false) => format!("{place} = {} > {}", short(*value), short(*bound)),
+        match self.limit {
+            _ if value.is_nan() => format!("{place} is NaN"),
+            Limit::Min(bound) => format!("{place} = {} < {}", short(*value), short(bound)),
+            Limit::Max(bound) => format!("{place} = {} > {}", short(*value), short(bound)),
+            Limit::Condition => format!("{place} does not hold, margin {}", short(*value)),
         }
     }
 }
@@ -75,6 +87,7 @@ impl Finding {
             signal: assertion.signal.clone(),
             severity: assertion.severity,
             bounds: (most(&mut subjects.iter().map(|s| s.min)), least(&mut subjects.iter().map(|s| s.max))),
+            is_condition: subjects.iter().any(|subject| matches!(subject.signal, Signal::Condition(_))),
             checked: 0,
             violations: 0,
             first: None,
@@ -82,21 +95,18 @@ impl Finding {
         }
     }
 
-    /// Takes a value; a violation if it is beyond a bound, or NaN.
-    pub(super) fn take(&mut self, moment: Moment, min: f64, max: f64) -> Option<Violation> {
+    /// Takes a value with its bounds and the limit that it violates.
+    pub(super) fn take(&mut self, moment: Moment, (min, max): (f64, f64), limit: Option<Limit>) -> Option<Violation> {
         self.checked += 1;
         let (above_min, below_max) = (moment.value - min, max - moment.value);
         let margin = if moment.value.is_nan() { f64::NEG_INFINITY } else { above_min.min(below_max) };
         if self.worst.is_none_or(|(worst, _)| margin < worst) {
             self.worst = Some((margin, moment));
         }
-        if moment.value >= min && moment.value <= max {
-            return None;
-        }
+        let limit = limit?;
         self.violations += 1;
-        let below = moment.value < min || max == f64::INFINITY;
         let Moment { step, time, agent, value } = moment;
-        let violation = Violation { step, time, agent, value, bound: if below { min } else { max }, below };
+        let violation = Violation { step, time, agent, value, limit };
         self.first.get_or_insert(violation);
         Some(violation)
     }
@@ -122,6 +132,7 @@ impl Finding {
     /// The bounds in words; the strictest if they differ between agents.
     pub fn bound(&self) -> String {
         match self.bounds {
+            _ if self.is_condition => "margin >= 0".into(),
             (min, f64::INFINITY) => format!(">= {}", short(min)),
             (f64::NEG_INFINITY, max) => format!("<= {}", short(max)),
             (min, max) => format!("{} ... {}", short(min), short(max)),
@@ -150,7 +161,8 @@ impl Finding {
         let worst = self.worst.map_or_else(String::new, |(_, moment)| {
             format!("; worst {} ({} at {} s)", moment.value, who(moment.agent), tidy(moment.time))
         });
-        format!("{}: {signal} {}{worst}; {violations} of {checked} values beyond", self.word(), self.bound())
+        let relation = if self.is_condition { ":" } else { "" };
+        format!("{}: {signal}{relation} {}{worst}; {violations} of {checked} values beyond", self.word(), self.bound())
     }
 
     /// For programs.

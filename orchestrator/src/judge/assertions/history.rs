@@ -5,8 +5,8 @@ use formation::wiring::Assembly;
 use lockstep::{Channel, ChannelId};
 
 use super::geometry::Geometry;
-use super::signal::compile;
-use super::slot::{Mistake, Slot};
+use super::signal::number;
+use super::slot::Slot;
 use recording::Log;
 
 /// The values of the signal `text` of the agent at this place, one for each recorded step.
@@ -35,8 +35,7 @@ pub(crate) fn history(text: &str, assembly: &Assembly, log: &Log, agent: usize) 
 
 /// The signal as a formula and what fills its slots.
 fn compiled(text: &str, assembly: &Assembly, agent: usize) -> Result<(Formula, Vec<Slot>), String> {
-    let mistake = |Mistake { message, .. }| format!("{message} in {text:?}");
-    compile(text, assembly, &Geometry::new(assembly), agent).map_err(mistake)
+    number(text, assembly, &Geometry::new(assembly), agent).map_err(|error| error.within(text))
 }
 
 /// Whether the signal `text` of the agent at this place means anything in this scenario.

@@ -7,14 +7,19 @@
 //! max = "UM"
 //!
 //! [[assert]]
-//! name = "nobody collides"
+//! name = "no two agents collide"
 //! metric = "gap"          # to the nearest agent, m
 //! min = 0
+//!
+//! [[assert]]
+//! name = "what is fast keeps its distance"
+//! signal = "norm(state.velocity) < 0.5 or gap > 1"
 //! ```
 //!
 //! # Signals
 //!
-//! A signal is a formula (see [`formation::formula`]), evaluated for every agent at every step. Besides the names that every
+//! A signal is a formula with bounds, or a condition without (see [`formation::formula`]), evaluated for every agent at every
+//! step. Besides the names that every
 //! formula knows (`t`, `i`, `N`, `pi`, parameters of scenario and agent) and `UM`, the limit of the inputs, it may use
 //!
 //! | what                                | how                                                                     |
@@ -27,12 +32,12 @@
 //! The participants do not notice any of it: the orchestrator evaluates the samples that it fetches for the log.
 
 mod bound;
+mod field;
 mod finding;
 mod geometry;
 mod history;
 mod message;
 mod read;
-mod scan;
 mod signal;
 mod slot;
 mod span;
@@ -50,7 +55,7 @@ pub(crate) use message::{DEFINITION, TOPIC, encode};
 pub use read::read;
 pub use watch::Watch;
 
-use formation::formula::Formula;
+use formation::formula::{Condition, Formula};
 use serde::Deserialize;
 use slot::Slot;
 
@@ -95,12 +100,21 @@ pub struct Assertion {
     subjects: Vec<Subject>,
 }
 
+/// What an assertion compares.
+#[derive(Clone, Debug)]
+enum Signal {
+    /// A number with its bounds.
+    Number(Formula),
+    /// A condition; its margin is what the bounds 0 and infinity are for.
+    Condition(Condition),
+}
+
 /// The signal of one agent with its bounds.
 #[derive(Clone, Debug)]
 struct Subject {
     /// Number of the agent.
     agent: u32,
-    formula: Formula,
+    signal: Signal,
     slots: Vec<Slot>,
     /// Lower bound, or minus infinity.
     min: f64,

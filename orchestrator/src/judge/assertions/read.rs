@@ -1,15 +1,15 @@
 //! From `[[assert]]` to assertions that can be evaluated.
 
-use formation::config::{Node, Problem, Problems, brief, nearest, read as read_node};
-use formation::formula::{Expression, Operand};
+use formation::config::{Node, Problem, Problems, brief, did_you_mean, read as read_node};
+use formation::formula::{Expression, FormulaError, Operand};
 use formation::wiring::Assembly;
 use serde::Deserialize;
 
 use super::bound::Bound;
 use super::geometry::{Geometry, METRICS};
-use super::signal::{compile, constant};
-use super::slot::{Mistake, Slot};
-use super::{Across, Assertion, Severity, Subject};
+use super::signal::{condition, constant, number};
+use super::slot::Slot;
+use super::{Across, Assertion, Severity, Signal, Subject};
 
 /// More than these are taken for a mistake; they are compiled for every agent.
 const MOST_ASSERTIONS: usize = 64;
@@ -83,10 +83,10 @@ impl RowReader<'_> {
         if row.name.trim().is_empty() || row.name.contains(['\n', '\r']) {
             problems.push(self.problem("name", "expected what the assertion says, in one line"));
         }
-        if row.min.is_none() && row.max.is_none() {
-            problems.push(self.problem("", "expected a bound: `min`, `max` or both"));
-        }
         let signal = self.signal().map_err(|problem| problems.push(problem)).unwrap_or_default();
+        if self.is_condition() {
+            problems.extend(self.condition_mistake(&signal));
+        }
         let steps = self.steps().map_err(|problem| problems.push(problem)).unwrap_or_default();
         let agents = self.agents().map_err(|problem| problems.push(problem)).unwrap_or_default();
         problems.extend(self.unknown_variants());
@@ -114,8 +114,7 @@ impl RowReader<'_> {
             (None, Some(metric)) if METRICS.iter().any(|(name, _)| name == metric) => Ok(metric.clone()),
             (None, Some(metric)) => {
                 let names = METRICS.map(|(name, _)| name);
-                let hint = nearest(metric, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                let expected = names.join(", ");
+                let (expected, hint) = (names.join(", "), did_you_mean(metric, names));
                 Err(self.problem("metric", format!("no metric is called `{metric}`, expected one of {expected}{hint}")))
             }
             (Some(_), Some(_)) => Err(self.problem("metric", "expected either `signal` or `metric`, found both")),
@@ -123,6 +122,23 @@ impl RowReader<'_> {
                 Err(self.problem("", "expected a `signal` such as \"norm(state.velocity)\", or a `metric`"))
             }
         }
+    }
+
+    /// Whether the signal says itself what is right, without bounds.
+    fn is_condition(&self) -> bool {
+        self.row.min.is_none() && self.row.max.is_none()
+    }
+
+    /// What a signal without bounds must not be or have.
+    fn condition_mistake(&self, signal: &str) -> Option<Problem> {
+        if self.row.across != Across::Each {
+            return Some(
+                self.problem("across", "expected bounds, `min`, `max` or both: only numbers are taken together"),
+            );
+        }
+        let is_number = self.row.metric.is_some() || number(signal, self.assembly, self.geometry, 0).is_ok();
+        let message = "expected a bound, `min`, `max` or both, or a comparison such as \"gap > 0.1\" as the signal";
+        is_number.then(|| self.problem("", message))
     }
 
     /// First and last step of the window; none of the run if the window lies behind its end.
@@ -164,25 +180,28 @@ impl RowReader<'_> {
             return None;
         }
         let unknown = self.row.variants.iter().flatten().find(|name| !known.contains(name))?;
-        let hint = nearest(unknown, known.iter().map(String::as_str));
-        let hint = hint.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let hint = did_you_mean(unknown, known.iter().map(String::as_str));
         let expected = known.join(", ");
         Some(self.problem("variants", format!("no variant is called `{unknown}`, expected one of {expected}{hint}")))
     }
 
     fn subject(&self, signal: &str, agent: usize) -> Result<Subject, Problem> {
         let field = if self.row.signal.is_some() { "signal" } else { "metric" };
-        let (formula, slots) =
-            compile(signal, self.assembly, self.geometry, agent).map_err(|Mistake { offset, message }| {
-                let column = signal.get(..offset).map_or(1, |before| before.chars().count() + 1);
-                self.problem(field, format!("{message}, in column {column} of {:?}", brief(signal)))
-            })?;
-        let min = self.bound("min", self.row.min.as_ref(), agent)?.unwrap_or(f64::NEG_INFINITY);
+        let mistake = |error: FormulaError| self.problem(field, error.within(signal));
+        let (signal, slots) = if self.is_condition() {
+            let (condition, slots) = condition(signal, self.assembly, self.geometry, agent).map_err(mistake)?;
+            (Signal::Condition(condition), slots)
+        } else {
+            let (formula, slots) = number(signal, self.assembly, self.geometry, agent).map_err(mistake)?;
+            (Signal::Number(formula), slots)
+        };
+        let least = if self.is_condition() { 0.0 } else { f64::NEG_INFINITY };
+        let min = self.bound("min", self.row.min.as_ref(), agent)?.unwrap_or(least);
         let max = self.bound("max", self.row.max.as_ref(), agent)?.unwrap_or(f64::INFINITY);
         if min > max {
             return Err(self.problem("max", format!("expected a bound >= {min}, which is `min`, found {max}")));
         }
-        Ok(Subject { agent: agent as u32 + 1, formula, slots, min, max })
+        Ok(Subject { agent: agent as u32 + 1, signal, slots, min, max })
     }
 
     fn bound(&self, field: &str, bound: Option<&Bound>, agent: usize) -> Result<Option<f64>, Problem> {
@@ -199,7 +218,7 @@ impl RowReader<'_> {
                 } else {
                     ""
                 };
-                Err(self.problem(field, format!("{} in {:?}{limit}", error.message, brief(text))))
+                Err(self.problem(field, format!("{}{limit}", error.within(text))))
             }
         }
     }

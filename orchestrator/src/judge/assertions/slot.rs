@@ -23,13 +23,6 @@ pub(super) enum Slot {
     Nearest(Nearest),
 }
 
-/// What is wrong with a signal, and at which byte.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Mistake {
-    pub(super) offset: usize,
-    pub(super) message: String,
-}
-
 impl Fold {
     pub(super) const ALL: [(&str, Fold); 4] =
         [("norm", Fold::Norm), ("peak", Fold::Peak), ("largest", Fold::Largest), ("smallest", Fold::Smallest)];

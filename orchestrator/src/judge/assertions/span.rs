@@ -1,6 +1,6 @@
 //! Numbers of a channel that a signal names.
 
-use formation::config::nearest;
+use formation::config::did_you_mean;
 use formation::wiring::{Assembly, Role};
 use lockstep::ChannelId;
 
@@ -15,14 +15,10 @@ pub(super) struct Span {
 impl Span {
     /// A whole field of a topic of the agent at this place.
     pub(super) fn find(assembly: &Assembly, agent: usize, topic: &str, field: &str) -> Result<Self, String> {
-        let hint = |found: Option<&str>| found.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
         let Some(role) = Role::ALL.into_iter().find(|role| role.channel() == topic) else {
             let topics = Role::ALL.map(Role::channel);
-            let near = hint(nearest(topic, topics));
-            return Err(format!(
-                "no topic of an agent is called `{topic}`, expected one of {}{near}",
-                topics.join(", ")
-            ));
+            let (known, hint) = (topics.join(", "), did_you_mean(topic, topics));
+            return Err(format!("no topic of an agent is called `{topic}`, expected one of {known}{hint}"));
         };
         let wanted = format!("/agent_{}/{topic}", agent + 1);
         let channels = &assembly.network.channels;
@@ -32,8 +28,8 @@ impl Span {
         let layout = &channels[channel].layout;
         let Some((offset, length)) = layout.find(field) else {
             let names: Vec<&str> = layout.fields().iter().map(|field| field.name.as_str()).collect();
-            let near = hint(nearest(field, names.iter().copied()));
-            return Err(format!("{wanted} has no field `{field}`, only {}{near}", names.join(", ")));
+            let hint = did_you_mean(field, names.iter().copied());
+            return Err(format!("{wanted} has no field `{field}`, only {}{hint}", names.join(", ")));
         };
         Ok(Self { channel: ChannelId(channel), offset, length })
     }

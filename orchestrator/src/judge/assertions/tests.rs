@@ -137,6 +137,34 @@ fn what_is_no_number_violates() {
 }
 
 #[test]
+fn a_comparison_needs_no_bounds() {
+    let assertion = "[[assert]]\nname = \"a\"\nsignal = \"2*state.position[0] < 3 or gap > m and 0 <= t < 1\"";
+    // In the end the gap to the nearest is 9 m, less the radii.
+    let steps = [[1.0, 2.0, 1.0, 1.0, 1.0, 1.0], [1.5, 11.5, 22.5, 33.5, 44.5, 55.5]];
+    let (watch, told) = evaluate(assertion, &steps);
+    let found: Vec<(u64, u32)> = told.iter().map(|(_, violation)| (violation.step, violation.agent)).collect();
+    assert_eq!(found, [(0, 2)], "{:?}", watch.findings());
+    let findings = watch.findings();
+    let failure = findings.failure().expect("a failure");
+    assert!(
+        failure
+            .contains("agent 2 at t = 0 s: 2*state.position[0] < 3 or gap > m and 0 <= t < 1 does not hold, margin -1")
+    );
+    assert!(findings.table(None).contains("margin >= 0  -1 (agent 2 at 0 s)"), "{}", findings.table(None));
+    assert!(findings.0[0].summary().contains("< 1: margin >= 0; worst -1 (agent 2"), "{}", findings.0[0].summary());
+}
+
+/// Equal is not less, though the margin of both comparisons is 0.
+#[test]
+fn equal_sides_are_not_less() {
+    for (relation, violations) in [("<", 6), ("<=", 0), (">", 6), (">=", 0)] {
+        let assertion = format!("[[assert]]\nname = \"a\"\nsignal = \"state.position[0] {relation} 2\"");
+        let (_, told) = evaluate(&assertion, &[[2.0; 6]]);
+        assert_eq!(told.len(), violations, "{relation}");
+    }
+}
+
+#[test]
 fn a_window_behind_the_end_is_not_reached() {
     let (watch, _) = evaluate("[[assert]]\nname = \"a\"\nmetric = \"tracking\"\nmax = 1\nfrom = 1000", &[APART]);
     assert!(watch.findings().ok() && watch.findings().table(None).contains("not reached"));
@@ -159,7 +187,7 @@ fn mistakes_have_a_place_and_a_remedy() {
         ("name = \"a\"\nmetric = \"gap\"", "assert.1: expected a bound"),
         ("name = \"a\"\nmetric = \"gab\"\nmin = 0", "did you mean `gap`?"),
         ("name = \"a\"\nmetric = \"gap\"\nsignal = \"t\"\nmin = 0", "either `signal` or `metric`"),
-        ("name = \"a\"\nsignal = \"norm(state.positoin)\"\nmin = 0", "did you mean `position`?, in column 6"),
+        ("name = \"a\"\nsignal = \"norm(state.positoin)\"\nmin = 0", "did you mean `position`? (column 6 of "),
         ("name = \"a\"\nsignal = \"norm(stat.position)\"\nmin = 0", "did you mean `state`?"),
         ("name = \"a\"\nsignal = \"state.position\"\nmin = 0", "found a vector of 6"),
         ("name = \"a\"\nsignal = \"state.position[6]\"\nmin = 0", "within the 6 values of state.position"),
@@ -168,9 +196,14 @@ fn mistakes_have_a_place_and_a_remedy() {
             "name = \"a\"\nsignal = \"norm(state.position - reference.position)\"\nmin = 0",
             "choose some of them, as in [0:3]",
         ),
+        ("name = \"a\"\nsignal = \"gap\"", "expected a bound, `min`, `max` or both, or a comparison"),
+        ("name = \"a\"\nsignal = \"gap > 1\"\nmin = 0", "expected a number, found a comparison"),
+        ("name = \"a\"\nsignal = \"gap > 1 and\"", "found the end of the formula (column 12 of "),
+        ("name = \"a\"\nsignal = \"gap > 1\"\nacross = \"sum\"", "assert.1.across: expected bounds"),
+        ("name = \"a\"\nsignal = \"gap > radios\"", "found 'radios' (column 7 of "),
         ("name = \"a\"\nsignal = \"norm(1)\"\nmin = 0", "expected a field of a topic"),
         ("name = \"a\"\nsignal = \"1 + dist\"\nmin = 0", "expected a known name, found 'dist'"),
-        ("name = \"a\"\nsignal = \"_0\"\nmin = 0", "starts with a letter"),
+        ("name = \"a\"\nsignal = \"_0\"\nmin = 0", "expected a known name, found '_0'"),
         ("name = \"a\"\nmetric = \"obstacle_gap\"\nmin = 0", "needs a section `[obstacles]`"),
         ("name = \"a\"\nmetric = \"gap\"\nmin = 0\nfrom = -1", "assert.1.from: expected a time >= 0 s"),
         ("name = \"a\"\nmetric = \"gap\"\nmin = 0\nfrom = 2\nto = 1", "assert.1.to: expected a time >= 2 s"),

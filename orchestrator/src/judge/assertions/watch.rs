@@ -6,8 +6,8 @@ use formation::config::Problem;
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
-use super::finding::{Finding, Findings, Moment, Violation};
-use super::{Across, Assertion, Subject};
+use super::finding::{Finding, Findings, Limit, Moment, Violation};
+use super::{Across, Assertion, Signal, Subject};
 use crate::judge::JudgeError;
 use recording::{Head, Log, Stream};
 
@@ -62,11 +62,11 @@ impl Watch {
                 for (place, slot) in slots.iter_mut().zip(&subject.slots) {
                     *place = slot.value(time, sample);
                 }
-                subject.formula.evaluate(&slots)
+                subject.evaluate(&slots)
             };
-            let mut judge = |subject: &Subject, agent: u32, value: f64, was: &mut bool| {
+            let mut judge = |subject: &Subject, agent: u32, (value, limit): (f64, Option<Limit>), was: &mut bool| {
                 let moment = Moment { step, time, agent, value };
-                let bad = finding.take(moment, subject.min, subject.max);
+                let bad = finding.take(moment, (subject.min, subject.max), limit);
                 if let (Some(violation), false) = (&bad, *was) {
                     self.stop |= assertion.stop;
                     tell(index, finding, violation);
@@ -80,12 +80,15 @@ impl Watch {
                     }
                 }
                 Across::Norm => {
-                    let squares = assertion.subjects.iter().map(|subject| value_of(subject).powi(2));
-                    judge(&assertion.subjects[0], 0, squares.sum::<f64>().sqrt(), &mut violated[0]);
+                    let first = &assertion.subjects[0];
+                    let squares = assertion.subjects.iter().map(|subject| value_of(subject).0.powi(2));
+                    let norm = squares.sum::<f64>().sqrt();
+                    judge(first, 0, (norm, first.beyond(norm)), &mut violated[0]);
                 }
                 Across::Sum => {
-                    let sum = assertion.subjects.iter().map(value_of).sum();
-                    judge(&assertion.subjects[0], 0, sum, &mut violated[0]);
+                    let first = &assertion.subjects[0];
+                    let sum = assertion.subjects.iter().map(|subject| value_of(subject).0).sum();
+                    judge(first, 0, (sum, first.beyond(sum)), &mut violated[0]);
                 }
             }
             self.slots = slots;
@@ -152,6 +155,30 @@ impl Watch {
             watch.step(step, &|channel: ChannelId| stream.words(channel.0), |_, _, _| {});
         }
         Ok(watch.findings())
+    }
+}
+
+impl Subject {
+    /// The value of a number, or the margin of a condition; and the limit that it violates.
+    fn evaluate(&self, slots: &[f64]) -> (f64, Option<Limit>) {
+        match &self.signal {
+            Signal::Number(formula) => {
+                let value = formula.evaluate(slots);
+                (value, self.beyond(value))
+            }
+            Signal::Condition(condition) => {
+                (condition.margin(slots), (!condition.holds(slots)).then_some(Limit::Condition))
+            }
+        }
+    }
+
+    /// The bound that a value is beyond; any of them if it is NaN.
+    fn beyond(&self, value: f64) -> Option<Limit> {
+        if value >= self.min && value <= self.max {
+            return None;
+        }
+        let below = value < self.min || self.max == f64::INFINITY;
+        Some(if below { Limit::Min(self.min) } else { Limit::Max(self.max) })
     }
 }
 

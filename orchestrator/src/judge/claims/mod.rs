@@ -9,28 +9,20 @@
 //!
 //! # Language
 //!
-//! | what           | how                                                                                          |
-//! |----------------|----------------------------------------------------------------------------------------------|
-//! | a metric       | `id(VARIANT)`; an id or a variant with special characters in backticks                       |
-//! | numbers        | `1`, `0.5`, `1e-3`                                                                           |
-//! | arithmetic     | `+ - * /`, parentheses, `abs(x)`, `min(x, ...)`, `max(x, ...)`                               |
-//! | comparisons    | `<`, `<=`, `>`, `>=`, also in a row: `1 <= x <= 2`; `not_finite(x)`                          |
-//! | combinations   | `and`, then `or`, parentheses                                                                |
-//!
-//! A comparison with a value that is not a number does not hold.
+//! A claim is a condition of [`formation::formula`] on metrics of variants: `id(VARIANT)`, an id or a variant with special
+//! characters in backticks. A comparison with a value that is not a number does not hold.
 
-mod condition;
-mod parse;
-mod token;
+mod metric;
 
 #[cfg(test)]
 mod tests;
 
-pub use condition::{Comparison, Need, Side};
+pub use metric::Need;
 
-use condition::Condition;
-use formation::config::{Node, Origin, Problem, Problems, nearest, read};
+use formation::config::{Node, Origin, Problem, Problems, read};
+use formation::formula::{Comparison, Condition};
 use formation::scenario::Scenario;
+use metric::Metrics;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 
@@ -116,24 +108,13 @@ impl Claim {
         if let Some(other) = with.iter().find(|o| o.split_once('=').is_none_or(|(path, _)| path.trim().is_empty())) {
             return Err(fail("with", format!("expected overrides such as \"dt=0.01\", found {other:?}")));
         }
-        let in_text = |offset: usize, message: String| {
-            let column = holds.get(..offset).map_or(1, |before| before.chars().count() + 1);
-            fail("holds", format!("{message}, in column {column} of {holds:?}"))
-        };
-        let parsed = parse::parse(&holds).map_err(|mistake| in_text(mistake.offset, mistake.message))?;
-        for (offset, Need { variant, .. }) in &parsed.needs {
-            if !variants.contains(variant) {
-                let hint = nearest(variant, variants.iter().map(String::as_str));
-                let hint = hint.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                let known = if variants.is_empty() { "none".into() } else { variants.join(", ") };
-                let message = format!("no variant is called `{variant}`, expected one of: {known}{hint}");
-                return Err(in_text(*offset, message));
-            }
-        }
+        let mut metrics = Metrics { variants, needs: Vec::new() };
+        let condition = Condition::parse(&holds, &mut metrics, |_| None);
+        let condition = condition.map_err(|error| fail("holds", error.within(&holds)))?;
         let place = fail("holds", String::new());
         Ok(Self {
-            condition: parsed.condition,
-            metrics: parsed.needs.into_iter().map(|(_, need)| need).collect(),
+            condition,
+            metrics: metrics.needs,
             origin: place.origin.unwrap_or_else(|| list.origin.clone()),
             path: place.path,
             text,
@@ -169,8 +150,6 @@ impl Claim {
             };
             values.push(found);
         }
-        let mut comparisons = Vec::new();
-        let holds = self.condition.evaluate(&values, &mut comparisons);
-        ClaimResult { verdict: Ok(holds), comparisons }
+        ClaimResult { verdict: Ok(self.condition.holds(&values)), comparisons: self.condition.comparisons(&values) }
     }
 }

@@ -1,8 +1,9 @@
 use formation::config::Problem;
+use formation::formula::Condition;
 use formation::scenario::{Scenario, Selection};
 use proptest::prelude::*;
 
-use super::parse::parse;
+use super::metric::Metrics;
 use super::{Claim, Claims};
 use schemes::SCENARIOS;
 
@@ -65,13 +66,6 @@ fn comparisons_and_arithmetic() {
 }
 
 #[test]
-fn and_binds_more_tightly_than_or() {
-    check("1 < 2 or 1 < 2 and 2 < 1", true);
-    check("(1 < 2 or 1 < 2) and 2 < 1", false);
-    check("((dx(A)) < (3)) and (dx(A) + 1) * 2 < 7", true);
-}
-
-#[test]
 fn unusual_names_are_quoted() {
     check("`wt_t(1.12e-2)`(A) < 0.3", true);
     check("t_δ(A) < 6 and `t_δ`( `A` ) < 6 and dx ( B-2 ) > 5", true);
@@ -119,39 +113,23 @@ fn unknown_metrics_have_no_verdict() {
 #[test]
 fn unknown_variants_are_refused_at_their_place() {
     refuse("1 < dx(B-3)", "no variant is called `B-3`, expected one of: A, B-2, C (old); did you mean `B-2`?");
-    refuse("1 < dx(B-3)", "in column 8 of ");
-    refuse("t_δ(A) < dx(D)", "in column 13 of ");
+    refuse("1 < dx(B-3)", "(column 8 of ");
+    refuse("t_δ(A) < dx(D)", "(column 13 of ");
 }
 
 #[test]
 fn malformed_claims_are_refused_at_their_place() {
-    refuse("", "found an empty text");
     refuse("   ", "found an empty text");
     refuse("dx(A)", "found just a number");
-    refuse("dx < 3", "expected the variant behind the metric 'dx', as in dx(VARIANT), found '<'");
+    refuse("dx < 3", "expected the variant behind the metric 'dx', as in dx(VARIANT), found '<' (column 4 of ");
+    refuse("dx", "as in dx(VARIANT), found the end of the formula");
     refuse("dx() < 3", "expected the name of a variant");
-    refuse("dx(A) = 3", "not compared for equality");
-    refuse("dx(A) < 3 and", "found the end of the claim");
-    refuse("dx(A) < 3 and 4", "found just a number");
-    refuse("(dx(A) < 3) * 2 < 4", "found something that holds or not");
-    refuse("dx(A) < 3 4", "found '4', in column 11 of");
+    refuse("dx(A < 3", "expected ')' behind the variant, found '<'");
+    refuse("dx(A) < 3 4", "(column 11 of ");
+    refuse("t_δ(A) < 3 4", "(column 12 of ");
     refuse("`dx(A) < 3", "second backtick");
-    refuse("``(A) < 3", "found none");
-    refuse("abs(1, 2) < 3", "expected one argument of 'abs', found 2");
-    refuse("abs(1 < 2) < 3", "expected an operator or ')', found '<'");
-    refuse("abs 1 < 3", "'(' behind the function 'abs'");
-    refuse("1e999 < 3", "expected a finite number");
-    refuse("dx(A) < 3 && dx(A) > 1", "found the character '&'");
-    refuse("dx(A < 3", "expected an operator or ')', found '<'");
+    refuse("dx(``) < 3", "found none");
     refuse(&"(".repeat(2000), "at most 64 parentheses");
-    refuse(&"-".repeat(2000), "at most 64 parentheses");
-    refuse(&format!("1 < {}1", "1 + ".repeat(2000)), "at most 4096 bytes");
-}
-
-#[test]
-fn long_claims_are_no_deep_ones() {
-    check(&format!("1 < {}1", "1+".repeat(2000)), true);
-    check(&format!("1<2{}", " and 1<2".repeat(450)), true);
 }
 
 #[test]
@@ -186,34 +164,8 @@ fn claims_of_shipped_scenarios_are_well_formed() {
 proptest! {
     #[test]
     fn nothing_makes_it_panic(text in "\\PC{0,80}") {
-        let _ = parse(&text);
-    }
-
-    /// Words of the language in any order: most are refused, and what is read can be evaluated.
-    #[test]
-    fn words_in_any_order(words in proptest::collection::vec(
-        prop_oneof![
-            Just("dx(A)"), Just("`a b`(B-2)"), Just("1"), Just("2.5e-1"), Just("<"), Just(">="), Just("and"), Just("or"),
-            Just("("), Just(")"), Just("+"), Just("-"), Just("*"), Just("/"), Just("abs("), Just("min("), Just(","),
-            Just("not_finite("), Just("`"), Just("é"),
-        ],
-        0..12,
-    )) {
-        let text = words.join(" ");
-        if let Ok(parsed) = parse(&text) {
-            let values = vec![1.0; parsed.needs.len()];
-            let mut notes = Vec::new();
-            let _ = parsed.condition.evaluate(&values, &mut notes);
-            prop_assert!(!notes.is_empty());
-        }
-    }
-
-    /// A comparison of two numbers is what it is in Rust.
-    #[test]
-    fn numbers_compare_as_numbers(a in -1e3..1e3f64, b in -1e3..1e3f64) {
-        let parsed = parse(&format!("{a:e} < {b:e} or {a} >= {b}")).expect("a claim");
-        let mut notes = Vec::new();
-        prop_assert!(parsed.condition.evaluate(&[], &mut notes));
-        prop_assert_eq!((notes[0].holds, notes[1].holds), (a < b, a >= b));
+        let variants = ["A".to_string()];
+        let mut metrics = Metrics { variants: &variants, needs: Vec::new() };
+        let _ = Condition::parse(&text, &mut metrics, |_| None);
     }
 }
