@@ -2,12 +2,12 @@
 
 use formation::formula::Jet;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Trajectory;
+use crate::{Trajectory, TrajectorySample};
 
 /// Has no parameters.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -31,31 +31,32 @@ impl Component for Reference {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        ["position", "velocity", "acceleration", "jerk"].map(|name| Field::vector(name, 3, "")).into()
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
-        let published = agents.iter().map(|&agent| {
-            let mut out = |name| bind.out(agent, name);
-            let ports = [out("position")?, out("velocity")?, out("acceleration")?, out("jerk")?];
-            Ok((Trajectory::new(context, agent), ports))
-        });
-        Ok(Box::new(ReferenceParticipant { published: published.collect::<Result<_, Refusal>>()? }))
+        let trajectories =
+            agents.iter().map(|&agent| Ok((Trajectory::new(context, agent), published().bind(agent, bind)?)));
+        Ok(Box::new(ReferenceParticipant { trajectories: trajectories.collect::<Result<_, Refusal>>()? }))
     }
 }
 
+fn published() -> Outputs<TrajectorySample> {
+    Outputs::new()
+        .vector("position", "", |sample: &TrajectorySample| sample.position)
+        .vector("velocity", "", |sample| sample.velocity)
+        .vector("acceleration", "", |sample| sample.acceleration)
+        .vector("jerk", "", |sample| sample.jerk)
+}
+
 struct ReferenceParticipant {
-    published: Vec<(Trajectory, [Out<3>; 4])>,
+    trajectories: Vec<(Trajectory, BoundOutputs<TrajectorySample>)>,
 }
 
 impl Participant for ReferenceParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        for (trajectory, [position, velocity, acceleration, jerk]) in &self.published {
-            let sample = trajectory.at(step.time());
-            io.set(*position, sample.position.into());
-            io.set(*velocity, sample.velocity.into());
-            io.set(*acceleration, sample.acceleration.into());
-            io.set(*jerk, sample.jerk.into());
+        for (trajectory, outputs) in &self.trajectories {
+            outputs.write(io, &trajectory.at(step.time()));
         }
         Ok(())
     }

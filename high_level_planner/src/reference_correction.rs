@@ -2,8 +2,8 @@
 
 use formation::nalgebra::{Vector2, Vector3};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -76,14 +76,7 @@ impl Component for ReferenceCorrection {
 
     /// What the agent has to track comes first, then whatever it was made from.
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        let tracked = ["position", "velocity", "acceleration"];
-        let given = ["desired_position", "desired_velocity", "desired_acceleration"];
-        let source: &[&str] = match self.source {
-            Source::Reference(_) => &["jerk"],
-            _ => &["sliding", "virtual_position", "virtual_velocity"],
-        };
-        let names = tracked.iter().chain(&given).chain(source);
-        names.map(|name| Field::vector(name, 3, "")).chain([Field::scalar("flag", "")]).collect()
+        self.published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -91,6 +84,45 @@ impl Component for ReferenceCorrection {
         let seats = agents.iter().map(|&agent| Seat::new(self, context, agent, bind)).collect::<Result<Vec<_>, _>>()?;
         let given = seats.iter().map(|seat| seat.trajectory.at(0.0)).collect();
         Ok(Box::new(ReferenceCorrectionParticipant { layer, seats, given }))
+    }
+}
+
+/// What a step results in for one agent.
+struct Outcome {
+    /// The corrected reference.
+    tracked: TrajectorySample,
+    /// The reference of the scenario.
+    given: TrajectorySample,
+    /// The agent of the virtual layer, where there is one: sliding variable, position, velocity.
+    source: VirtualState,
+    /// Number of the obstacle that is avoided, 0 for none.
+    flag: f64,
+}
+
+#[derive(Default)]
+struct VirtualState {
+    sliding: Vector3<f64>,
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+}
+
+impl ReferenceCorrection {
+    fn published(&self) -> Outputs<Outcome> {
+        let outputs = Outputs::new()
+            .vector("position", "", |outcome: &Outcome| outcome.tracked.position)
+            .vector("velocity", "", |outcome| outcome.tracked.velocity)
+            .vector("acceleration", "", |outcome| outcome.tracked.acceleration)
+            .vector("desired_position", "", |outcome| outcome.given.position)
+            .vector("desired_velocity", "", |outcome| outcome.given.velocity)
+            .vector("desired_acceleration", "", |outcome| outcome.given.acceleration);
+        let outputs = match self.source {
+            Source::Reference(_) => outputs.vector("jerk", "", |outcome| outcome.tracked.jerk),
+            _ => outputs
+                .vector("sliding", "", |outcome| outcome.source.sliding)
+                .vector("virtual_position", "", |outcome| outcome.source.position)
+                .vector("virtual_velocity", "", |outcome| outcome.source.velocity),
+        };
+        outputs.scalar("flag", "", |outcome| outcome.flag)
     }
 }
 
@@ -107,53 +139,29 @@ struct Seat {
     /// `None`: switched off.
     correction: Option<Correction>,
     measured: In<3>,
-    tracked: [Out<3>; 3],
-    desired: [Out<3>; 3],
-    source: SourcePorts,
-    flag: Out<1>,
-}
-
-/// What is published about the source besides.
-enum SourcePorts {
-    Reference { jerk: Out<3> },
-    Virtual { sliding: Out<3>, position: Out<3>, velocity: Out<3> },
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Seat {
     fn new(planner: &ReferenceCorrection, context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
         let radius = context.agents[agent].nominal.omni().map_or(0.0, |omni| omni.radius);
         let boundaries = || context.obstacles.as_ref().map_or_else(Vec::new, |obstacles| obstacles.boundaries(radius));
-        let mut out = |name| bind.out(agent, name);
         Ok(Self {
             trajectory: Trajectory::new(context, agent),
             correction: planner.use_rca.then(|| Correction::new(boundaries())),
-            tracked: [out("position")?, out("velocity")?, out("acceleration")?],
-            desired: [out("desired_position")?, out("desired_velocity")?, out("desired_acceleration")?],
-            source: match planner.source {
-                Source::Reference(_) => SourcePorts::Reference { jerk: out("jerk")? },
-                _ => SourcePorts::Virtual {
-                    sliding: out("sliding")?,
-                    position: out("virtual_position")?,
-                    velocity: out("virtual_velocity")?,
-                },
-            },
             measured: bind.state(agent, "position")?,
-            flag: bind.out(agent, "flag")?,
+            outputs: planner.published().bind(agent, bind)?,
         })
     }
 
-    /// Corrects `reference` where that is necessary and publishes it.
-    fn publish(&self, mut reference: TrajectorySample, io: &mut Io) {
+    /// Corrects `reference` where that is necessary; the number of the obstacle that is avoided, 0 for none.
+    fn correct(&self, reference: &mut TrajectorySample, io: &Io) -> f64 {
         let [x, y, _] = io.get(self.measured);
         let flag = match &self.correction {
-            Some(correction) => correction.correct(&Vector2::new(x, y), &mut reference),
+            Some(correction) => correction.correct(&Vector2::new(x, y), reference),
             None => 0,
         };
-        put(io, self.tracked, [reference.position, reference.velocity, reference.acceleration]);
-        if let SourcePorts::Reference { jerk } = self.source {
-            io.set(jerk, reference.jerk.into());
-        }
-        io.set(self.flag, [flag as f64]);
+        flag as f64
     }
 }
 
@@ -161,7 +169,6 @@ impl Participant for ReferenceCorrectionParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
         for (given, seat) in self.given.iter_mut().zip(&self.seats) {
             *given = seat.trajectory.at(step.time());
-            put(io, seat.desired, [given.position, given.velocity, given.acceleration]);
         }
         if let Some(layer) = &mut self.layer {
             if !step.is_first() {
@@ -170,27 +177,19 @@ impl Participant for ReferenceCorrectionParticipant {
             layer.update(&self.given);
         }
         for (i, seat) in self.seats.iter().enumerate() {
-            let reference = match &self.layer {
-                Some(layer) => TrajectorySample {
-                    position: layer.position[i],
-                    velocity: layer.velocity[i],
-                    acceleration: layer.input[i],
-                    jerk: Vector3::zeros(), // not published
-                },
-                None => self.given[i],
+            let given = self.given[i];
+            let (mut tracked, source) = match &self.layer {
+                Some(layer) => {
+                    let (position, velocity) = (layer.position[i], layer.velocity[i]);
+                    let jerk = Vector3::zeros(); // not published
+                    let tracked = TrajectorySample { position, velocity, acceleration: layer.input[i], jerk };
+                    (tracked, VirtualState { sliding: layer.sliding[i], position, velocity })
+                }
+                None => (given, VirtualState::default()),
             };
-            seat.publish(reference, io);
-            if let (Some(layer), SourcePorts::Virtual { sliding, position, velocity }) = (&self.layer, &seat.source) {
-                let values = [layer.sliding[i], layer.position[i], layer.velocity[i]];
-                put(io, [*sliding, *position, *velocity], values);
-            }
+            let flag = seat.correct(&mut tracked, io);
+            seat.outputs.write(io, &Outcome { tracked, given, source, flag });
         }
         Ok(())
-    }
-}
-
-fn put<const N: usize>(io: &mut Io, ports: [Out<3>; N], values: [Vector3<f64>; N]) {
-    for (port, value) in ports.into_iter().zip(values) {
-        io.set(port, value.into());
     }
 }

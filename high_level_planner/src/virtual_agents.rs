@@ -3,8 +3,8 @@
 use formation::math::{Projection, Topology, clip_vector};
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -178,7 +178,7 @@ impl Component for SaturatedVirtualAgents {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        outputs()
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -196,7 +196,7 @@ impl Component for VirtualAgents {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        outputs()
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -204,39 +204,42 @@ impl Component for VirtualAgents {
     }
 }
 
-/// The virtual agent is what the agent tracks; where it should be itself is published beside it.
-fn outputs() -> Vec<Field> {
-    let names = ["position", "velocity", "acceleration", "sliding", "desired_position", "desired_velocity"];
-    names.map(|name| Field::vector(name, 3, "")).into()
+/// A virtual agent, which is what the agent tracks, and where it should be itself.
+struct VirtualAgent {
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+    acceleration: Vector3<f64>,
+    sliding: Vector3<f64>,
+    desired: TrajectorySample,
+}
+
+fn published() -> Outputs<VirtualAgent> {
+    Outputs::new()
+        .vector("position", "", |agent: &VirtualAgent| agent.position)
+        .vector("velocity", "", |agent| agent.velocity)
+        .vector("acceleration", "", |agent| agent.acceleration)
+        .vector("sliding", "", |agent| agent.sliding)
+        .vector("desired_position", "", |agent| agent.desired.position)
+        .vector("desired_velocity", "", |agent| agent.desired.velocity)
 }
 
 struct VirtualAgentsParticipant {
     layer: VirtualLayer,
     trajectories: Vec<Trajectory>,
     references: Vec<TrajectorySample>,
-    ports: Vec<[Out<3>; 6]>,
+    outputs: Vec<BoundOutputs<VirtualAgent>>,
 }
 
 impl VirtualAgentsParticipant {
     fn new(gains: VirtualLayerGains, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Self, Refusal> {
         let start = agents.iter().map(|&agent| Vector3::from_column_slice(&context.agents[agent].position[..3]));
         let trajectories: Vec<Trajectory> = agents.iter().map(|&agent| Trajectory::new(context, agent)).collect();
-        let ports = agents.iter().map(|&agent| {
-            let mut out = |name| bind.out(agent, name);
-            Ok([
-                out("position")?,
-                out("velocity")?,
-                out("acceleration")?,
-                out("sliding")?,
-                out("desired_position")?,
-                out("desired_velocity")?,
-            ])
-        });
+        let outputs = agents.iter().map(|&agent| published().bind(agent, bind));
         Ok(Self {
             layer: VirtualLayer::new(gains, context.topology.clone(), start.collect()),
             references: trajectories.iter().map(|trajectory| trajectory.at(0.0)).collect(),
             trajectories,
-            ports: ports.collect::<Result<_, Refusal>>()?,
+            outputs: outputs.collect::<Result<_, Refusal>>()?,
         })
     }
 }
@@ -250,14 +253,15 @@ impl Participant for VirtualAgentsParticipant {
             *reference = trajectory.at(step.time());
         }
         self.layer.update(&self.references);
-        for (i, ports) in self.ports.iter().enumerate() {
-            let [position, velocity, acceleration, sliding, desired_position, desired_velocity] = *ports;
-            io.set(position, self.layer.position[i].into());
-            io.set(velocity, self.layer.velocity[i].into());
-            io.set(acceleration, self.layer.input[i].into());
-            io.set(sliding, self.layer.sliding[i].into());
-            io.set(desired_position, self.references[i].position.into());
-            io.set(desired_velocity, self.references[i].velocity.into());
+        for (i, outputs) in self.outputs.iter().enumerate() {
+            let agent = VirtualAgent {
+                position: self.layer.position[i],
+                velocity: self.layer.velocity[i],
+                acceleration: self.layer.input[i],
+                sliding: self.layer.sliding[i],
+                desired: self.references[i],
+            };
+            outputs.write(io, &agent);
         }
         Ok(())
     }

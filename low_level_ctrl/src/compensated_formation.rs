@@ -6,8 +6,8 @@ use formation::math::clip_vector;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -106,12 +106,7 @@ impl Component for CompensatedFormation {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("nominal", 3, "m/s"),
-            Field::vector("xi", 3, "m, m, rad"),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -130,14 +125,26 @@ impl Component for CompensatedFormation {
             position: bind.state(agent, "position")?,
             reference_velocity: bind.reference(agent, "velocity")?,
             estimate: if self.feedback { Some(bind.estimate(agent, "disturbance")?) } else { None },
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "error")?,
-                bind.out(agent, "nominal")?,
-                bind.out(agent, "xi")?,
-            ],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    error: Vector3<f64>,
+    nominal: Vector3<f64>,
+    /// ξ.
+    auxiliary: Vector3<f64>,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
+        .vector("nominal", "m/s", |outcome| outcome.nominal)
+        .vector("xi", "m, m, rad", |outcome| outcome.auxiliary)
 }
 
 struct CompensatedFormationParticipant {
@@ -146,7 +153,7 @@ struct CompensatedFormationParticipant {
     position: In<3>,
     reference_velocity: In<3>,
     estimate: Option<In<3>>,
-    outputs: [Out<3>; 4],
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for CompensatedFormationParticipant {
@@ -156,10 +163,8 @@ impl Participant for CompensatedFormationParticipant {
         let estimate = self.estimate.map_or(Vector3::zeros(), |signal| Vector3::from(io.get(signal)));
         let controller = &mut self.controller;
         controller.update(heading, &io.get(self.reference_velocity).into(), &error, &estimate);
-        let values = [controller.input, error, controller.nominal, controller.auxiliary];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
+        let CompensatedFormationController { input, nominal, auxiliary, .. } = *controller;
+        self.outputs.write(io, &Outcome { input, error, nominal, auxiliary });
         controller.advance(step.dt, heading);
         Ok(())
     }

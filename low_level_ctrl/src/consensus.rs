@@ -3,13 +3,14 @@
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::LocalError;
 
+// ANCHOR: parameters
 /// Gains of the controller.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -20,7 +21,9 @@ pub struct Consensus {
     #[serde(default)]
     pub k_v: f64,
 }
+// ANCHOR_END: parameters
 
+// ANCHOR: law
 impl Consensus {
     /// The acceleration (order 2) or velocity (order 1) that drives the local errors `e_x` and `e_v` to zero: `feedforward` is
     /// that of the reference.
@@ -28,14 +31,16 @@ impl Consensus {
         feedforward - self.k_x * e_x - self.k_v * e_v
     }
 }
+// ANCHOR_END: law
 
+// ANCHOR: component
 impl Component for Consensus {
     fn check(&self, context: &Context) -> Checks {
         Checks::default().positive("k_x", self.k_x).not_negative("k_v", self.k_v).strongly_connected(context)
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![context.agents[agent].vehicle.input_field(), Field::vector("error", 3, "m, m, rad")]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -51,12 +56,31 @@ impl Component for Consensus {
             position_error: LocalError::new(context, agent, bind, "position")?,
             velocity_error: second_order.then(|| LocalError::new(context, agent, bind, "velocity")).transpose()?,
             feedforward: bind.reference(agent, if second_order { "acceleration" } else { "velocity" })?,
-            input: bind.out(agent, "input")?,
-            error: bind.out(agent, "error")?,
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
 }
+// ANCHOR_END: component
 
+// ANCHOR: outputs
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    /// e_x.
+    error: Vector3<f64>,
+}
+
+/// The outputs: name, unit and value of each.
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new().field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input).vector(
+        "error",
+        "m, m, rad",
+        |outcome| outcome.error,
+    )
+}
+// ANCHOR_END: outputs
+
+// ANCHOR: participant
 struct ConsensusParticipant {
     law: Consensus,
     vehicle: Omni,
@@ -64,8 +88,7 @@ struct ConsensusParticipant {
     position_error: LocalError,
     velocity_error: Option<LocalError>,
     feedforward: In<3>,
-    input: Out<3>,
-    error: Out<3>,
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for ConsensusParticipant {
@@ -74,14 +97,17 @@ impl Participant for ConsensusParticipant {
         let e_v = self.velocity_error.as_ref().map_or_else(Vector3::zeros, |error| error.local(io));
         let demand = self.law.demand(&io.get(self.feedforward).into(), &e_x, &e_v);
         let heading = io.get(self.position)[2];
-        io.set(self.input, (self.vehicle.inverse(heading) * demand).into());
-        io.set(self.error, e_x.into());
+        self.outputs.write(io, &Outcome { input: self.vehicle.inverse(heading) * demand, error: e_x });
         Ok(())
     }
 }
+// ANCHOR_END: participant
 
 #[cfg(test)]
 mod tests {
+    use formation::wiring::Role;
+    use formation::wiring::testing::TestBench;
+
     use super::*;
 
     #[test]
@@ -93,4 +119,26 @@ mod tests {
         let feedforward = Vector3::new(0.1, 0.2, 0.3);
         assert_eq!(law.demand(&feedforward, &zero, &zero), feedforward);
     }
+
+    // ANCHOR: test
+    /// A robot of order 2 that alone knows the reference, b = 1: its local errors are its own ones.
+    #[test]
+    fn input_and_error_are_published_under_their_names() {
+        let text = r#"
+            name = "one"
+            agents = [{ position = [0, 0, 0] }]
+            timing = { dt = 0.1, duration = 1 }
+            vehicle = { kind = "integrator" }
+            topology = { b = 1 }
+            reference = { position = [0, 0, 0] }
+            controller = { kind = "consensus", k_x = 2, k_v = 3 }
+        "#;
+        let mut bench = TestBench::new(text, Role::Controller, crate::KINDS).unwrap_or_else(|all| panic!("{}", all[0]));
+        bench.set(Role::Plant, 0, "position", &[1.0, 0.0, 0.0]);
+        bench.set(Role::Plant, 0, "velocity", &[0.0, 1.0, 0.0]);
+        bench.step().unwrap();
+        assert_eq!(bench.output(0, "error"), [1.0, 0.0, 0.0]);
+        assert_eq!(bench.output(0, "input"), [-2.0, -3.0, 0.0]);
+    }
+    // ANCHOR_END: test
 }

@@ -4,8 +4,8 @@ use formation::math::{BoucWen, Projection};
 use formation::nalgebra::Vector3;
 use formation::networks::{ChebyshevRegressor, ProjectedLayer};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -155,33 +155,42 @@ impl Component for DynamicSlidingChebyshev {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let acceleration = "m/s^2, m/s^2, rad/s^2";
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("nominal", 3, acceleration),
-            Field::vector("memory", 3, ""),
-            Field::vector("network", 3, "m/s^3, m/s^3, rad/s^3"),
-            Field::vector("sliding", 3, acceleration),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::scalar("weight_norm", ""),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
         require_integrator(context, agent)?;
         let inverse = context.actuator.filter(|_| self.compensate).map(|actuator| actuator.bouc_wen);
-        let mut out = |name| bind.out(agent, name);
-        let outputs = [out("input")?, out("nominal")?, out("memory")?, out("network")?, out("sliding")?, out("error")?];
         Ok(Box::new(DynamicSlidingChebyshevParticipant {
             controller: DynamicSlidingChebyshevController::new(self.clone(), inverse),
             errors: ErrorPorts::formation(context, agent, bind, self.accel)?,
             state: [bind.state(agent, "position")?, bind.state(agent, "velocity")?],
             reference: [bind.reference(agent, "acceleration")?, bind.reference(agent, "jerk")?],
-            outputs,
-            weight_norm: bind.out(agent, "weight_norm")?,
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: CompensatedInput,
+    network: Vector3<f64>,
+    sliding: Vector3<f64>,
+    error: Vector3<f64>,
+    weight_norm: f64,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    let acceleration = "m/s^2, m/s^2, rad/s^2";
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input.command)
+        .vector("nominal", acceleration, |outcome| outcome.input.nominal)
+        .vector("memory", "", |outcome| outcome.input.memory)
+        .vector("network", "m/s^3, m/s^3, rad/s^3", |outcome| outcome.network)
+        .vector("sliding", acceleration, |outcome| outcome.sliding)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
+        .scalar("weight_norm", "", |outcome| outcome.weight_norm)
 }
 
 struct DynamicSlidingChebyshevParticipant {
@@ -189,8 +198,7 @@ struct DynamicSlidingChebyshevParticipant {
     errors: ErrorPorts,
     state: [In<3>; 2],
     reference: [In<3>; 2],
-    outputs: [Out<3>; 6],
-    weight_norm: Out<1>,
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for DynamicSlidingChebyshevParticipant {
@@ -201,12 +209,14 @@ impl Participant for DynamicSlidingChebyshevParticipant {
         let errors = self.errors.read(io);
         let controller = &mut self.controller;
         controller.update(step, &errors, &signals);
-        let CompensatedInput { nominal, command, memory } = controller.input;
-        let values = [command, nominal, memory, controller.estimate, controller.sliding.value, errors.position];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.weight_norm, [controller.weight_norm]);
+        let outcome = Outcome {
+            input: controller.input,
+            network: controller.estimate,
+            sliding: controller.sliding.value,
+            error: errors.position,
+            weight_norm: controller.weight_norm,
+        };
+        self.outputs.write(io, &outcome);
         Ok(())
     }
 }

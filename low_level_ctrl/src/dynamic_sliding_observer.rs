@@ -2,8 +2,8 @@
 
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -86,9 +86,7 @@ impl Component for DynamicSlidingObserver {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let input = context.agents[agent].vehicle.input_field();
-        let next = Field { name: "next_input".into(), ..input.clone() };
-        vec![input, next, Field::vector("sliding", 3, "m/s^2, m/s^2, rad/s^2"), Field::vector("error", 3, "m, m, rad")]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -103,21 +101,34 @@ impl Component for DynamicSlidingObserver {
                 bind.estimate(agent, "disturbance")?,
                 bind.estimate(agent, "disturbance_rate")?,
             ],
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "next_input")?,
-                bind.out(agent, "sliding")?,
-                bind.out(agent, "error")?,
-            ],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    next_input: Vector3<f64>,
+    sliding: Vector3<f64>,
+    error: Vector3<f64>,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    let input = context.agents[agent].vehicle.input_field();
+    let next_input = Field { name: "next_input".into(), ..input.clone() };
+    Outputs::new()
+        .field(input, |outcome: &Outcome| outcome.input)
+        .field(next_input, |outcome| outcome.next_input)
+        .vector("sliding", "m/s^2, m/s^2, rad/s^2", |outcome| outcome.sliding)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
 }
 
 struct DynamicSlidingObserverParticipant {
     controller: DynamicSlidingObserverController,
     errors: ErrorPorts,
     signals: [In<3>; 4],
-    outputs: [Out<3>; 4],
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for DynamicSlidingObserverParticipant {
@@ -128,10 +139,9 @@ impl Participant for DynamicSlidingObserverParticipant {
         let errors = self.errors.read(io);
         let controller = &mut self.controller;
         controller.update(step, &errors, &signals);
-        let values = [controller.input, controller.next_input, controller.sliding.value, errors.position];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
+        let DynamicSlidingObserverController { input, next_input, .. } = *controller;
+        let sliding = controller.sliding.value;
+        self.outputs.write(io, &Outcome { input, next_input, sliding, error: errors.position });
         Ok(())
     }
 }

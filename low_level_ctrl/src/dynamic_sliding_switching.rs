@@ -3,8 +3,8 @@
 use formation::math::sign_vector;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -76,8 +76,7 @@ impl Component for DynamicSlidingSwitching {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let input = context.agents[agent].vehicle.input_field();
-        vec![input, Field::vector("sliding", 3, "m/s^2, m/s^2, rad/s^2"), Field::vector("error", 3, "m, m, rad")]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -87,16 +86,30 @@ impl Component for DynamicSlidingSwitching {
             controller: DynamicSlidingSwitchingController::new(self.clone()),
             errors: ErrorPorts::alone(agent, bind, self.accel)?,
             reference: [bind.reference(agent, "acceleration")?, bind.reference(agent, "jerk")?],
-            outputs: [bind.out(agent, "input")?, bind.out(agent, "sliding")?, bind.out(agent, "error")?],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    sliding: Vector3<f64>,
+    error: Vector3<f64>,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input)
+        .vector("sliding", "m/s^2, m/s^2, rad/s^2", |outcome| outcome.sliding)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
 }
 
 struct DynamicSlidingSwitchingParticipant {
     controller: DynamicSlidingSwitchingController,
     errors: ErrorPorts,
     reference: [In<3>; 2],
-    outputs: [Out<3>; 3],
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for DynamicSlidingSwitchingParticipant {
@@ -105,10 +118,8 @@ impl Participant for DynamicSlidingSwitchingParticipant {
         let errors = self.errors.read(io);
         let controller = &mut self.controller;
         controller.update(step, &errors, &acceleration, &jerk);
-        let values = [controller.input, controller.sliding.value, errors.position];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
+        let (input, sliding) = (controller.input, controller.sliding.value);
+        self.outputs.write(io, &Outcome { input, sliding, error: errors.position });
         Ok(())
     }
 }

@@ -5,8 +5,8 @@ use formation::nalgebra::{SVector, Vector3, Vector6};
 use formation::networks::{Leak, OutputLayer};
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -118,18 +118,10 @@ impl Component for HierarchicalNeural {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let vehicle = &context.agents[agent].vehicle;
-        let [rate, sliding] = match vehicle.order() {
-            1 => ["m/s, m/s, rad/s", "m, m, rad"],
-            _ => ["m/s^2, m/s^2, rad/s^2", "m/s, m/s, rad/s"],
-        };
-        vec![
-            vehicle.input_field(),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("sliding", 3, sliding),
-            Field::vector("network", 3, rate),
-            Field::scalar("weight_norm", ""),
-        ]
+        match context.agents[agent].vehicle.order() {
+            1 => published::<3>(context, agent).fields(),
+            _ => published::<6>(context, agent).fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -140,26 +132,39 @@ impl Component for HierarchicalNeural {
                     .into(),
             )
         })?;
-        let order = vehicle.order();
-        let ports = Ports::new(agent, bind)?;
-        if order == 1 {
+        let inputs = Inputs::new(agent, bind)?;
+        if vehicle.order() == 1 {
             let tracking = NeuralTracking::new(self.clone(), vehicle.clone());
-            return Ok(Box::new(FirstOrder { tracking, ports }));
+            let outputs = published(context, agent).bind(agent, bind)?;
+            return Ok(Box::new(FirstOrder { tracking, inputs, outputs }));
         }
         let tracking = NeuralTracking::new(self.clone(), vehicle.clone());
-        Ok(Box::new(SecondOrder { tracking, velocity: bind.state(agent, "velocity")?, ports }))
+        let outputs = published(context, agent).bind(agent, bind)?;
+        Ok(Box::new(SecondOrder { tracking, inputs, velocity: bind.state(agent, "velocity")?, outputs }))
     }
 }
 
-/// The signals that do not depend on the order.
-struct Ports {
-    position: In<3>,
-    reference: [In<3>; 3],
-    outputs: [Out<3>; 4],
-    weight_norm: Out<1>,
+fn published<const P: usize>(context: &Context, agent: usize) -> Outputs<NeuralTracking<P>> {
+    let vehicle = &context.agents[agent].vehicle;
+    let [rate, sliding] = match vehicle.order() {
+        1 => ["m/s, m/s, rad/s", "m, m, rad"],
+        _ => ["m/s^2, m/s^2, rad/s^2", "m/s, m/s, rad/s"],
+    };
+    Outputs::new()
+        .field(vehicle.input_field(), |tracking: &NeuralTracking<P>| tracking.input)
+        .vector("error", "m, m, rad", |tracking| tracking.error)
+        .vector("sliding", sliding, |tracking| tracking.sliding)
+        .vector("network", rate, |tracking| tracking.network)
+        .scalar("weight_norm", "", NeuralTracking::weight_norm)
 }
 
-impl Ports {
+/// The signals that do not depend on the order.
+struct Inputs {
+    position: In<3>,
+    reference: [In<3>; 3],
+}
+
+impl Inputs {
     fn new(agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
         Ok(Self {
             position: bind.state(agent, "position")?,
@@ -168,13 +173,6 @@ impl Ports {
                 bind.reference(agent, "velocity")?,
                 bind.reference(agent, "acceleration")?,
             ],
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "error")?,
-                bind.out(agent, "sliding")?,
-                bind.out(agent, "network")?,
-            ],
-            weight_norm: bind.out(agent, "weight_norm")?,
         })
     }
 
@@ -182,42 +180,36 @@ impl Ports {
         let [position, velocity, acceleration] = self.reference.map(|signal| Vector3::from(io.get(signal)));
         VirtualAgent { position, velocity, acceleration }
     }
-
-    fn publish<const P: usize>(&self, tracking: &NeuralTracking<P>, io: &mut Io) {
-        let values = [tracking.input, tracking.error, tracking.sliding, tracking.network];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.weight_norm, [tracking.weight_norm()]);
-    }
 }
 
 struct FirstOrder {
     tracking: NeuralTracking<3>,
-    ports: Ports,
+    inputs: Inputs,
+    outputs: BoundOutputs<NeuralTracking<3>>,
 }
 
 impl Participant for FirstOrder {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        let position = io.get(self.ports.position).into();
-        self.tracking.update(step, &position, &self.ports.reference(io));
-        self.ports.publish(&self.tracking, io);
+        let position = io.get(self.inputs.position).into();
+        self.tracking.update(step, &position, &self.inputs.reference(io));
+        self.outputs.write(io, &self.tracking);
         Ok(())
     }
 }
 
 struct SecondOrder {
     tracking: NeuralTracking<6>,
+    inputs: Inputs,
     velocity: In<3>,
-    ports: Ports,
+    outputs: BoundOutputs<NeuralTracking<6>>,
 }
 
 impl Participant for SecondOrder {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        let position = io.get(self.ports.position).into();
+        let position = io.get(self.inputs.position).into();
         let velocity = io.get(self.velocity).into();
-        self.tracking.update(step, &position, &velocity, &self.ports.reference(io));
-        self.ports.publish(&self.tracking, io);
+        self.tracking.update(step, &position, &velocity, &self.inputs.reference(io));
+        self.outputs.write(io, &self.tracking);
         Ok(())
     }
 }

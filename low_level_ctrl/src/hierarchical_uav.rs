@@ -1,10 +1,10 @@
 //! The low-level controller of a quadcopter in section 7.2: position loop, guidance law, attitude loop.
 
-use formation::nalgebra::{Vector3, Vector6};
+use formation::nalgebra::{Vector3, Vector4, Vector6};
 use formation::scenario::Context;
 use formation::vehicle::Quadcopter;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -224,14 +224,7 @@ impl Component for HierarchicalUav {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("attitude_reference", 3, "rad"),
-            Field::vector("xi1", 3, "rad/s"),
-            Field::vector("xi2", 3, "rad/s^2"),
-            Field::vector("sliding_position", 3, "m/s"),
-            Field::vector("sliding_attitude", 3, "rad/s"),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -250,16 +243,21 @@ impl Component for HierarchicalUav {
                 bind.reference(agent, "acceleration")?,
             ],
             disturbance: bind.estimate(agent, "disturbance")?,
-            input: bind.out(agent, "input")?,
-            outputs: [
-                bind.out(agent, "attitude_reference")?,
-                bind.out(agent, "xi1")?,
-                bind.out(agent, "xi2")?,
-                bind.out(agent, "sliding_position")?,
-                bind.out(agent, "sliding_attitude")?,
-            ],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<HierarchicalUavController> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |controller: &HierarchicalUavController| {
+            Vector4::from(controller.input)
+        })
+        .vector("attitude_reference", "rad", |controller| controller.attitude_reference)
+        .vector("xi1", "rad/s", |controller| controller.attitude_rate)
+        .vector("xi2", "rad/s^2", |controller| controller.attitude_acceleration)
+        .vector("sliding_position", "m/s", |controller| controller.sliding_position)
+        .vector("sliding_attitude", "rad/s", |controller| controller.sliding_attitude)
 }
 
 struct HierarchicalUavParticipant {
@@ -268,8 +266,7 @@ struct HierarchicalUavParticipant {
     velocities: In<6>,
     reference: [In<3>; 3],
     disturbance: In<6>,
-    input: Out<4>,
-    outputs: [Out<3>; 5],
+    outputs: BoundOutputs<HierarchicalUavController>,
 }
 
 impl Participant for HierarchicalUavParticipant {
@@ -284,17 +281,7 @@ impl Participant for HierarchicalUavParticipant {
             &reference,
             &io.get(self.disturbance).into(),
         );
-        io.set(self.input, controller.input);
-        let values = [
-            controller.attitude_reference,
-            controller.attitude_rate,
-            controller.attitude_acceleration,
-            controller.sliding_position,
-            controller.sliding_attitude,
-        ];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
+        self.outputs.write(io, controller);
         Ok(())
     }
 }

@@ -5,8 +5,8 @@ use formation::math::PotentialField;
 use formation::nalgebra::{Vector2, Vector3};
 use formation::scenario::{AdjacencyRow, Context};
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -160,14 +160,7 @@ impl Component for LimitedInformation {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("sliding", 3, "m/s, m/s, rad/s"),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("velocity_error", 3, "m/s, m/s, rad/s"),
-            Field::vector("force", 2, "m/s^2"),
-            Field::vector("adjacency", context.agents.len(), ""),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -187,16 +180,22 @@ impl Component for LimitedInformation {
             others,
             disturbance: bind.estimate(agent, "disturbance")?,
             reference_acceleration: bind.estimate(agent, "reference_acceleration")?,
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "sliding")?,
-                bind.out(agent, "error")?,
-                bind.out(agent, "velocity_error")?,
-            ],
-            force: bind.out(agent, "force")?,
-            adjacency: bind.slice_out(agent, "adjacency", context.agents.len())?,
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<LimitedInformationController> {
+    let input = context.agents[agent].vehicle.input_field();
+    Outputs::new()
+        .field(input, |controller: &LimitedInformationController| controller.input)
+        .vector("sliding", "m/s, m/s, rad/s", |controller| controller.sliding)
+        .vector("error", "m, m, rad", |controller| controller.error)
+        .vector("velocity_error", "m/s, m/s, rad/s", |controller| controller.velocity_error)
+        .vector("force", "m/s^2", |controller| controller.force)
+        .slice("adjacency", context.agents.len(), "", |controller, place| {
+            place.copy_from_slice(&controller.row.weights);
+        })
 }
 
 fn planar(context: &Context, agent: usize) -> Result<&Omni, Refusal> {
@@ -242,9 +241,7 @@ struct LimitedInformationParticipant {
     others: Vec<MotionPorts>,
     disturbance: In<3>,
     reference_acceleration: In<3>,
-    outputs: [Out<3>; 4],
-    force: Out<2>,
-    adjacency: Slice,
+    outputs: BoundOutputs<LimitedInformationController>,
 }
 
 impl Participant for LimitedInformationParticipant {
@@ -256,12 +253,7 @@ impl Participant for LimitedInformationParticipant {
             &io.get(self.disturbance).into(),
             &io.get(self.reference_acceleration).into(),
         );
-        let values = [controller.input, controller.sliding, controller.error, controller.velocity_error];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.force, controller.force.into());
-        io.slice_mut(self.adjacency).copy_from_slice(&controller.row.weights);
+        self.outputs.write(io, controller);
         Ok(())
     }
 }

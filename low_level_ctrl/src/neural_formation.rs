@@ -7,8 +7,8 @@ use formation::nalgebra::{Vector3, Vector6};
 use formation::networks::{HiddenRate, ThreeLayer, ThreeLayerRates};
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -130,15 +130,7 @@ impl Component for NeuralFormation {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("maintenance", 3, "m/s"),
-            Field::vector("consensus", 3, "m/s"),
-            Field::vector("network", 3, "m/s, m/s, rad/s"),
-            Field::scalar("weight_norm", ""),
-            Field::scalar("hidden_weight_norm", ""),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -159,16 +151,31 @@ impl Component for NeuralFormation {
             error: LocalError::new(context, agent, bind, "position")?,
             position: bind.state(agent, "position")?,
             reference_velocity: bind.reference(agent, "velocity")?,
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "error")?,
-                bind.out(agent, "maintenance")?,
-                bind.out(agent, "consensus")?,
-                bind.out(agent, "network")?,
-            ],
-            norms: [bind.out(agent, "weight_norm")?, bind.out(agent, "hidden_weight_norm")?],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    error: Vector3<f64>,
+    maintenance: Vector3<f64>,
+    consensus: Vector3<f64>,
+    network: Vector3<f64>,
+    weight_norm: f64,
+    hidden_weight_norm: f64,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
+        .vector("maintenance", "m/s", |outcome| outcome.maintenance)
+        .vector("consensus", "m/s", |outcome| outcome.consensus)
+        .vector("network", "m/s, m/s, rad/s", |outcome| outcome.network)
+        .scalar("weight_norm", "", |outcome| outcome.weight_norm)
+        .scalar("hidden_weight_norm", "", |outcome| outcome.hidden_weight_norm)
 }
 
 struct NeuralFormationParticipant {
@@ -176,8 +183,7 @@ struct NeuralFormationParticipant {
     error: LocalError,
     position: In<3>,
     reference_velocity: In<3>,
-    outputs: [Out<3>; 5],
-    norms: [Out<1>; 2],
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for NeuralFormationParticipant {
@@ -185,15 +191,18 @@ impl Participant for NeuralFormationParticipant {
         let error = self.error.local(io);
         let controller = &mut self.controller;
         // The weights of this instant, before they are tuned.
-        let norms = [controller.network.outer_norm(), controller.network.hidden_norm()];
+        let (weight_norm, hidden_weight_norm) = (controller.network.outer_norm(), controller.network.hidden_norm());
         controller.update(step.dt, &io.get(self.position).into(), &io.get(self.reference_velocity).into(), &error);
-        let values = [controller.input, error, controller.maintenance, controller.consensus, controller.estimate];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        for (port, norm) in self.norms.into_iter().zip(norms) {
-            io.set(port, [norm]);
-        }
+        let outcome = Outcome {
+            input: controller.input,
+            error,
+            maintenance: controller.maintenance,
+            consensus: controller.consensus,
+            network: controller.estimate,
+            weight_norm,
+            hidden_weight_norm,
+        };
+        self.outputs.write(io, &outcome);
         Ok(())
     }
 }

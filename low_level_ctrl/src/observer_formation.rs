@@ -6,8 +6,8 @@ use formation::math::Projection;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -143,13 +143,7 @@ impl Component for ObserverFormation {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("maintenance", 3, "m/s"),
-            Field::vector("consensus", 3, "m/s"),
-            Field::scalar("xi_bar", ""),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -170,15 +164,27 @@ impl Component for ObserverFormation {
             position: bind.state(agent, "position")?,
             reference_velocity: bind.reference(agent, "velocity")?,
             estimate: bind.estimate(agent, "disturbance")?,
-            outputs: [
-                bind.out(agent, "input")?,
-                bind.out(agent, "error")?,
-                bind.out(agent, "maintenance")?,
-                bind.out(agent, "consensus")?,
-            ],
-            share: bind.out(agent, "xi_bar")?,
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    error: Vector3<f64>,
+    maintenance: Vector3<f64>,
+    consensus: Vector3<f64>,
+    share: f64,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
+        .vector("maintenance", "m/s", |outcome| outcome.maintenance)
+        .vector("consensus", "m/s", |outcome| outcome.consensus)
+        .scalar("xi_bar", "", |outcome| outcome.share)
 }
 
 struct ObserverFormationParticipant {
@@ -187,8 +193,7 @@ struct ObserverFormationParticipant {
     position: In<3>,
     reference_velocity: In<3>,
     estimate: In<3>,
-    outputs: [Out<3>; 4],
-    share: Out<1>,
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for ObserverFormationParticipant {
@@ -197,11 +202,8 @@ impl Participant for ObserverFormationParticipant {
         let [_, _, heading] = io.get(self.position);
         let controller = &mut self.controller;
         controller.update(heading, &io.get(self.reference_velocity).into(), &error, &io.get(self.estimate).into());
-        let values = [controller.input, error, controller.maintenance, controller.consensus];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.share, [controller.share]);
+        let ObserverFormationController { input, maintenance, consensus, share, .. } = *controller;
+        self.outputs.write(io, &Outcome { input, error, maintenance, consensus, share });
         Ok(())
     }
 }

@@ -4,12 +4,12 @@ use formation::math::{clip_vector, regulate};
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
+use crate::sliding_feedback::{FormationInputs, published, vehicle};
 use crate::{Command, FormationErrors, SlidingFeedback};
 
 /// What becomes of a command beyond the limits.
@@ -87,9 +87,7 @@ impl Component for SaturatedCompensated {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let mut fields = outputs(context, agent);
-        fields.push(Field::vector("xi", 3, "m/s, m/s, rad/s"));
-        fields
+        [published(context, agent).fields(), published_compensator().fields()].concat()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -99,18 +97,22 @@ impl Component for SaturatedCompensated {
             controller: SaturatedCompensatedController::new(self.clone(), vehicle.clone(), limit),
             inputs: FormationInputs::new(context, agent, bind)?,
             disturbance: bind.estimate(agent, "disturbance")?,
-            outputs: FormationOutputs::new(agent, bind)?,
-            compensator: bind.out(agent, "xi")?,
+            outputs: published(context, agent).bind(agent, bind)?,
+            compensator: published_compensator().bind(agent, bind)?,
         }))
     }
+}
+
+fn published_compensator() -> Outputs<SaturatedCompensatedController> {
+    Outputs::new().vector("xi", "m/s, m/s, rad/s", |controller: &SaturatedCompensatedController| controller.compensator)
 }
 
 struct SaturatedCompensatedParticipant {
     controller: SaturatedCompensatedController,
     inputs: FormationInputs,
     disturbance: In<3>,
-    outputs: FormationOutputs,
-    compensator: Out<3>,
+    outputs: BoundOutputs<(Command, FormationErrors)>,
+    compensator: BoundOutputs<SaturatedCompensatedController>,
 }
 
 impl Participant for SaturatedCompensatedParticipant {
@@ -119,8 +121,8 @@ impl Participant for SaturatedCompensatedParticipant {
         let heading = self.inputs.position(io).z;
         let disturbance = io.get(self.disturbance).into();
         let command = self.controller.update(&errors, heading, &disturbance);
-        self.outputs.publish(io, &command, &errors);
-        io.set(self.compensator, self.controller.compensator.into());
+        self.outputs.write(io, &(command, errors));
+        self.compensator.write(io, &self.controller);
         self.controller.advance(step.dt, heading, &command.demanded);
         Ok(())
     }

@@ -3,12 +3,12 @@
 use formation::nalgebra::{Vector3, Vector6};
 use formation::networks::{InitialWeights, Leak, OutputLayer, tanh_of_state};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
+use crate::sliding_feedback::{FormationInputs, published, vehicle};
 use crate::{Command, FormationErrors, SaturatedNominalController, SlidingFeedback};
 
 /// Gains of the controller.
@@ -74,10 +74,7 @@ impl Component for SaturatedNeural {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let mut fields = outputs(context, agent);
-        fields.push(Field::vector("disturbance", 3, "m/s^2, m/s^2, rad/s^2"));
-        fields.push(Field::scalar("weight_norm", ""));
-        fields
+        [published(context, agent).fields(), published_network().fields()].concat()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -90,28 +87,31 @@ impl Component for SaturatedNeural {
         Ok(Box::new(SaturatedNeuralParticipant {
             controller: SaturatedNeuralController::new(nominal, self.eta1, self.eta2, layer),
             inputs: FormationInputs::new(context, agent, bind)?,
-            outputs: FormationOutputs::new(agent, bind)?,
-            disturbance: bind.out(agent, "disturbance")?,
-            weight_norm: bind.out(agent, "weight_norm")?,
+            outputs: published(context, agent).bind(agent, bind)?,
+            network: published_network().bind(agent, bind)?,
         }))
     }
+}
+
+fn published_network() -> Outputs<SaturatedNeuralController> {
+    Outputs::new()
+        .vector("disturbance", "m/s^2, m/s^2, rad/s^2", |controller: &SaturatedNeuralController| controller.disturbance)
+        .scalar("weight_norm", "", |controller| controller.layer.weights.norm())
 }
 
 struct SaturatedNeuralParticipant {
     controller: SaturatedNeuralController,
     inputs: FormationInputs,
-    outputs: FormationOutputs,
-    disturbance: Out<3>,
-    weight_norm: Out<1>,
+    outputs: BoundOutputs<(Command, FormationErrors)>,
+    network: BoundOutputs<SaturatedNeuralController>,
 }
 
 impl Participant for SaturatedNeuralParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
         let errors = self.inputs.errors(io);
         let command = self.controller.update(&errors, &self.inputs.position(io), &self.inputs.velocity(io));
-        self.outputs.publish(io, &command, &errors);
-        io.set(self.disturbance, self.controller.disturbance.into());
-        io.set(self.weight_norm, [self.controller.layer.weights.norm()]);
+        self.outputs.write(io, &(command, errors));
+        self.network.write(io, &self.controller);
         self.controller.advance(step.dt, &command.sliding);
         Ok(())
     }

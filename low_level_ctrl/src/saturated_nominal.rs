@@ -4,12 +4,12 @@ use formation::math::clip_vector;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Refusal};
 use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::sliding_feedback::{FormationInputs, FormationOutputs, outputs, vehicle};
+use crate::sliding_feedback::{FormationInputs, published, vehicle};
 use crate::{Command, FormationErrors, SlidingFeedback};
 
 /// Gains of the controller.
@@ -50,7 +50,7 @@ impl Component for SaturatedNominal {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        outputs(context, agent)
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -61,7 +61,7 @@ impl Component for SaturatedNominal {
             controller: SaturatedNominalController::new(feedback, vehicle.clone(), limit),
             inputs: FormationInputs::new(context, agent, bind)?,
             disturbance: bind.estimate(agent, "disturbance")?,
-            outputs: FormationOutputs::new(agent, bind)?,
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
 }
@@ -70,7 +70,7 @@ struct SaturatedNominalParticipant {
     controller: SaturatedNominalController,
     inputs: FormationInputs,
     disturbance: In<3>,
-    outputs: FormationOutputs,
+    outputs: BoundOutputs<(Command, FormationErrors)>,
 }
 
 impl Participant for SaturatedNominalParticipant {
@@ -78,7 +78,7 @@ impl Participant for SaturatedNominalParticipant {
         let errors = self.inputs.errors(io);
         let disturbance = io.get(self.disturbance).into();
         let command = self.controller.update(&errors, self.inputs.position(io).z, &disturbance);
-        self.outputs.publish(io, &command, &errors);
+        self.outputs.write(io, &(command, errors));
         Ok(())
     }
 }

@@ -6,8 +6,8 @@ use formation::math::PotentialField;
 use formation::nalgebra::{Vector2, Vector3};
 use formation::scenario::{Boundary, Context};
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -136,12 +136,7 @@ impl Component for SlidingAvoidance {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        vec![
-            context.agents[agent].vehicle.input_field(),
-            Field::vector("sliding", 3, "m/s, m/s, rad/s"),
-            Field::vector("error", 3, "m, m, rad"),
-            Field::vector("repulsion", 3, "m/s^2, m/s^2, rad/s^2"),
-        ]
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -160,10 +155,25 @@ impl Component for SlidingAvoidance {
             velocity_error: LocalError::new(context, agent, bind, "velocity")?,
             reference_acceleration: bind.reference(agent, "acceleration")?,
             estimates: self.use_do.then(|| Estimates::new(context, agent, bind)).transpose()?,
-            input: bind.out(agent, "input")?,
-            outputs: [bind.out(agent, "sliding")?, bind.out(agent, "error")?, bind.out(agent, "repulsion")?],
+            outputs: published(context, agent).bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector3<f64>,
+    sliding: Vector3<f64>,
+    error: Vector3<f64>,
+    repulsion: Vector3<f64>,
+}
+
+fn published(context: &Context, agent: usize) -> Outputs<Outcome> {
+    Outputs::new()
+        .field(context.agents[agent].vehicle.input_field(), |outcome: &Outcome| outcome.input)
+        .vector("sliding", "m/s, m/s, rad/s", |outcome| outcome.sliding)
+        .vector("error", "m, m, rad", |outcome| outcome.error)
+        .vector("repulsion", "m/s^2, m/s^2, rad/s^2", |outcome| outcome.repulsion)
 }
 
 struct SlidingAvoidanceParticipant {
@@ -174,8 +184,7 @@ struct SlidingAvoidanceParticipant {
     reference_acceleration: In<3>,
     /// `None`: all disturbances count as 0.
     estimates: Option<Estimates>,
-    input: Out<3>,
-    outputs: [Out<3>; 3],
+    outputs: BoundOutputs<Outcome>,
 }
 
 /// What observers say: the own one, and those of the neighbours.
@@ -214,11 +223,8 @@ impl Participant for SlidingAvoidanceParticipant {
         };
         let controller = &mut self.controller;
         controller.update(&signals);
-        io.set(self.input, controller.input.into());
-        let values = [controller.sliding, signals.error, controller.repulsion];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
+        let SlidingAvoidanceController { input, sliding, repulsion, .. } = *controller;
+        self.outputs.write(io, &Outcome { input, sliding, error: signals.error, repulsion });
         Ok(())
     }
 }

@@ -3,8 +3,8 @@
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Omni;
-use formation::wiring::{Bind, Refusal};
-use lockstep::{Field, In, Io, Out};
+use formation::wiring::{Bind, Outputs, Refusal};
+use lockstep::{Field, In, Io};
 
 use crate::LocalError;
 
@@ -96,37 +96,15 @@ pub(crate) fn vehicle<'a>(context: &'a Context, agent: usize, kind: &str) -> Res
     Ok((omni, context.input_limit.unwrap_or(f64::INFINITY)))
 }
 
-/// What every controller of this family publishes, first of all.
-pub(crate) fn outputs(context: &Context, agent: usize) -> Vec<Field> {
+/// What every controller of this family publishes, first of all: its command and the error that led to it.
+pub(crate) fn published(context: &Context, agent: usize) -> Outputs<(Command, FormationErrors)> {
     let input = context.agents[agent].vehicle.input_field();
     let demanded = Field { name: "ucom".into(), ..input.clone() };
-    vec![input, demanded, Field::vector("sliding", 3, "m/s, m/s, rad/s"), Field::vector("error", 3, "m, m, rad")]
-}
-
-/// The ports of [`outputs`].
-pub(crate) struct FormationOutputs {
-    input: Out<3>,
-    demanded: Out<3>,
-    sliding: Out<3>,
-    error: Out<3>,
-}
-
-impl FormationOutputs {
-    pub(crate) fn new(agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
-        Ok(Self {
-            input: bind.out(agent, "input")?,
-            demanded: bind.out(agent, "ucom")?,
-            sliding: bind.out(agent, "sliding")?,
-            error: bind.out(agent, "error")?,
-        })
-    }
-
-    pub(crate) fn publish(&self, io: &mut Io, command: &Command, errors: &FormationErrors) {
-        io.set(self.input, command.input.into());
-        io.set(self.demanded, command.demanded.into());
-        io.set(self.sliding, command.sliding.into());
-        io.set(self.error, errors.local_position.into());
-    }
+    Outputs::new()
+        .field(input, |(command, _): &(Command, FormationErrors)| command.input)
+        .field(demanded, |(command, _)| command.demanded)
+        .vector("sliding", "m/s, m/s, rad/s", |(command, _)| command.sliding)
+        .vector("error", "m, m, rad", |(_, errors)| errors.local_position)
 }
 
 /// An input with what led to it.

@@ -3,8 +3,8 @@
 use formation::config::Diagonal;
 use formation::nalgebra::SVector;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -83,12 +83,10 @@ impl Component for Adaptive {
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
         let vehicle = &context.agents[agent].vehicle;
-        let length = vehicle.coordinates();
-        vec![
-            Field::vector(state_signal(vehicle.order()), length, ""),
-            Field::vector("disturbance", length, ""),
-            Field::vector("adapted", length, ""),
-        ]
+        match vehicle.coordinates() {
+            6 => published::<6>(vehicle.order()).fields(),
+            _ => published::<3>(vehicle.order()).fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -105,6 +103,13 @@ fn state_signal(order: usize) -> &'static str {
     if order == 1 { "position" } else { "velocity" }
 }
 
+fn published<const D: usize>(order: usize) -> Outputs<AdaptiveObserver<D>> {
+    Outputs::new()
+        .vector(state_signal(order), "", |observer: &AdaptiveObserver<D>| observer.state)
+        .vector("disturbance", "", |observer| observer.estimate)
+        .vector("adapted", "", |observer| observer.adapted)
+}
+
 struct AdaptiveParticipant<const D: usize> {
     /// Made at the first step, from the first measurement.
     observer: Option<AdaptiveObserver<D>>,
@@ -115,7 +120,7 @@ struct AdaptiveParticipant<const D: usize> {
     position_before: SVector<f64, D>,
     position: In<D>,
     measured: In<D>,
-    outputs: [Out<D>; 3],
+    outputs: BoundOutputs<AdaptiveObserver<D>>,
 }
 
 impl<const D: usize> AdaptiveParticipant<D> {
@@ -135,11 +140,7 @@ impl<const D: usize> AdaptiveParticipant<D> {
             position_before: SVector::zeros(),
             position: bind.state(agent, "position")?,
             measured: bind.state(agent, state_signal(order))?,
-            outputs: [
-                bind.out(agent, state_signal(order))?,
-                bind.out(agent, "disturbance")?,
-                bind.out(agent, "adapted")?,
-            ],
+            outputs: published(order).bind(agent, bind)?,
         })
     }
 }
@@ -156,9 +157,7 @@ impl<const D: usize> Participant for AdaptiveParticipant<D> {
             None => self.observer.insert(AdaptiveObserver::new(self.gains, self.start, measured)),
         };
         self.position_before = SVector::from(io.get(self.position));
-        for (port, value) in self.outputs.into_iter().zip([observer.state, observer.estimate, observer.adapted]) {
-            io.set(port, value.into());
-        }
+        self.outputs.write(io, observer);
         Ok(())
     }
 }

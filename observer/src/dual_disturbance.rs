@@ -5,8 +5,8 @@ use formation::math::{Differentiator, DifferentiatorGains, clip};
 use formation::nalgebra::SVector;
 use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, MAX_INPUTS, Vehicle};
-use formation::wiring::{Bind, Checks, Component, Refusal, Role};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal, Role};
+use lockstep::{Fault, Field, In, Io, Participant, Slice, Step, Timing};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -96,8 +96,10 @@ impl Component for DualDisturbance {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let length = context.agents[agent].vehicle.coordinates();
-        NAMES.map(|name| Field::vector(name, length, "")).into()
+        match context.agents[agent].vehicle.coordinates() {
+            6 => published::<6>().fields(),
+            _ => published::<3>().fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -109,8 +111,16 @@ impl Component for DualDisturbance {
     }
 }
 
-/// What is published: γ1, γ2, γ3, γ4, γ5, γ6.
-const NAMES: [&str; 6] = ["position", "mismatched", "mismatched_rate", "velocity", "disturbance", "disturbance_rate"];
+/// γ1, γ2, γ3, γ4, γ5, γ6.
+fn published<const D: usize>() -> Outputs<DualDisturbanceObserver<D>> {
+    Outputs::new()
+        .vector("position", "", |observer: &DualDisturbanceObserver<D>| observer.mismatched.states[0])
+        .vector("mismatched", "", |observer| observer.mismatched.states[1])
+        .vector("mismatched_rate", "", |observer| observer.mismatched.states[2])
+        .vector("velocity", "", |observer| observer.matched.states[0])
+        .vector("disturbance", "", |observer| observer.matched.states[1])
+        .vector("disturbance_rate", "", |observer| observer.matched.states[2])
+}
 
 struct DualDisturbanceParticipant<const D: usize> {
     observer: DualDisturbanceObserver<D>,
@@ -120,7 +130,7 @@ struct DualDisturbanceParticipant<const D: usize> {
     before: [SVector<f64, D>; 2],
     measured: [In<D>; 2],
     input: Slice,
-    outputs: [Out<D>; 6],
+    outputs: BoundOutputs<DualDisturbanceObserver<D>>,
 }
 
 impl<const D: usize> DualDisturbanceParticipant<D> {
@@ -128,10 +138,6 @@ impl<const D: usize> DualDisturbanceParticipant<D> {
         let row = &context.agents[agent];
         let start = [&row.position, &row.velocity].map(|values| SVector::from_column_slice(values));
         let [position, velocity] = start;
-        let mut outputs = [Out::new(0, 0); 6];
-        for (port, name) in outputs.iter_mut().zip(NAMES) {
-            *port = bind.out(agent, name)?;
-        }
         Ok(Self {
             observer: DualDisturbanceObserver::new(parameters.gains(context, agent)?, position, velocity),
             vehicle: row.nominal.clone(),
@@ -139,7 +145,7 @@ impl<const D: usize> DualDisturbanceParticipant<D> {
             before: start,
             measured: [bind.state(agent, "position")?, bind.state(agent, "velocity")?],
             input: bind.slice(Role::Controller, agent, "input", row.nominal.inputs(), Timing::Delayed)?,
-            outputs,
+            outputs: published().bind(agent, bind)?,
         })
     }
 
@@ -163,10 +169,7 @@ impl<const D: usize> Participant for DualDisturbanceParticipant<D> {
             self.observer.advance(step.dt, position, velocity, &acceleration);
         }
         self.before = self.measured.map(|signal| SVector::from(io.get(signal)));
-        let DualDisturbanceObserver { mismatched, matched } = &self.observer;
-        for (port, state) in self.outputs.into_iter().zip(mismatched.states.iter().chain(&matched.states)) {
-            io.set(port, (*state).into());
-        }
+        self.outputs.write(io, &self.observer);
         Ok(())
     }
 }

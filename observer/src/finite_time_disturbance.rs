@@ -3,8 +3,8 @@
 use formation::math::{Differentiator, DifferentiatorGains};
 use formation::nalgebra::SVector;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -43,8 +43,10 @@ impl Component for FiniteTimeDisturbance {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let length = context.agents[agent].vehicle.coordinates();
-        ["velocity", "disturbance", "disturbance_rate"].map(|name| Field::vector(name, length, "")).into()
+        match context.agents[agent].vehicle.coordinates() {
+            6 => published::<6>().fields(),
+            _ => published::<3>().fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -56,6 +58,14 @@ impl Component for FiniteTimeDisturbance {
     }
 }
 
+/// γ1, γ2 and γ3.
+fn published<const D: usize>() -> Outputs<Differentiator<3, D>> {
+    Outputs::new()
+        .vector("velocity", "", |observer: &Differentiator<3, D>| observer.states[0])
+        .vector("disturbance", "", |observer| observer.states[1])
+        .vector("disturbance_rate", "", |observer| observer.states[2])
+}
+
 struct FiniteTimeDisturbanceParticipant<const D: usize> {
     observer: Differentiator<3, D>,
     applied: AppliedInput,
@@ -64,7 +74,7 @@ struct FiniteTimeDisturbanceParticipant<const D: usize> {
     velocity_before: SVector<f64, D>,
     position: In<D>,
     velocity: In<D>,
-    outputs: [Out<D>; 3],
+    outputs: BoundOutputs<Differentiator<3, D>>,
 }
 
 impl<const D: usize> FiniteTimeDisturbanceParticipant<D> {
@@ -78,11 +88,7 @@ impl<const D: usize> FiniteTimeDisturbanceParticipant<D> {
             velocity_before: start,
             position: bind.state(agent, "position")?,
             velocity: bind.state(agent, "velocity")?,
-            outputs: [
-                bind.out(agent, "velocity")?,
-                bind.out(agent, "disturbance")?,
-                bind.out(agent, "disturbance_rate")?,
-            ],
+            outputs: published().bind(agent, bind)?,
         })
     }
 }
@@ -95,9 +101,7 @@ impl<const D: usize> Participant for FiniteTimeDisturbanceParticipant<D> {
         }
         self.position_before = io.get(self.position).into();
         self.velocity_before = io.get(self.velocity).into();
-        for (port, state) in self.outputs.into_iter().zip(&self.observer.states) {
-            io.set(port, (*state).into());
-        }
+        self.outputs.write(io, &self.observer);
         Ok(())
     }
 }

@@ -5,13 +5,13 @@ use formation::math::{DifferentiatorGains, sig_vector};
 use formation::nalgebra::{Vector3, Vector6};
 use formation::networks::{Leak, RadialBasis, RadialNetwork};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::gain_levels::{GainLevels, Gains};
-use crate::position_feedback::{Interval, PositionFeedback};
+use crate::position_feedback::{Estimates, Interval, PositionFeedback};
 use crate::reference_rates::ReferenceRates;
 
 /// Where the gains of the network come from.
@@ -150,8 +150,7 @@ impl Component for NeuralPosition {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        let own = [Field::scalar("weight_norm", ""), Field::scalar("level", "")];
-        PositionFeedback::outputs().into_iter().chain(ReferenceRates::outputs()).chain(own).collect()
+        [PositionFeedback::outputs(), ReferenceRates::outputs(), published().fields()].concat()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -165,18 +164,23 @@ impl Component for NeuralPosition {
             observer: NeuralPositionObserver::new(self.clone(), position, velocity, weight),
             feedback,
             rates: ReferenceRates::new(self.differentiator(), agent, bind)?,
-            weight_norm: bind.out(agent, "weight_norm")?,
-            level: bind.out(agent, "level")?,
+            outputs: published().bind(agent, bind)?,
         }))
     }
+}
+
+/// What is published beside the estimates.
+fn published() -> Outputs<NeuralPositionObserver> {
+    Outputs::new()
+        .scalar("weight_norm", "", NeuralPositionObserver::weight_norm)
+        .scalar("level", "", |observer| observer.level as f64)
 }
 
 struct NeuralPositionParticipant {
     observer: NeuralPositionObserver,
     feedback: PositionFeedback,
     rates: ReferenceRates,
-    weight_norm: Out<1>,
-    level: Out<1>,
+    outputs: BoundOutputs<NeuralPositionObserver>,
 }
 
 impl Participant for NeuralPositionParticipant {
@@ -187,9 +191,9 @@ impl Participant for NeuralPositionParticipant {
             observer.advance(&interval);
         }
         observer.update(&position);
-        self.feedback.publish(io, [observer.position, observer.velocity, observer.estimate]);
-        io.set(self.weight_norm, [observer.weight_norm()]);
-        io.set(self.level, [observer.level as f64]);
+        let NeuralPositionObserver { position, velocity, estimate: disturbance, .. } = *observer;
+        self.feedback.publish(io, &Estimates { position, velocity, disturbance });
+        self.outputs.write(io, observer);
         self.rates.step(step, io);
         Ok(())
     }

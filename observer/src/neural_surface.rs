@@ -5,8 +5,8 @@ use formation::nalgebra::SVector;
 use formation::networks::{InitialWeights, Leak, OutputLayer, tanh_of_state};
 use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
-use formation::wiring::{Bind, Checks, Refusal, Role};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use formation::wiring::{Bind, BoundOutputs, Checks, Outputs, Refusal, Role};
+use lockstep::{Fault, Field, In, Io, Participant, Slice, Step, Timing};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -101,14 +101,19 @@ impl<S: Surface, const P: usize, const D: usize> NeuralSurfaceObserver<S, P, D> 
     }
 }
 
-/// What the observers of this family publish for a vehicle.
-pub(crate) fn outputs(vehicle: &Vehicle) -> Vec<Field> {
-    let length = vehicle.coordinates();
-    let vector = |name| Field::vector(name, length, "");
-    let mut fields: Vec<Field> =
-        ["position", "velocity", "disturbance", "imaginary_input", "network", "sliding"].map(vector).into();
-    fields.push(Field::scalar("weight_norm", ""));
-    fields
+/// What an observer of this family publishes; `estimate` is the disturbance.
+fn published<S, const P: usize, const D: usize>(estimate: Published) -> Outputs<NeuralSurfaceObserver<S, P, D>> {
+    Outputs::new()
+        .vector("position", "", |observer: &NeuralSurfaceObserver<S, P, D>| observer.position)
+        .vector("velocity", "", |observer| observer.velocity)
+        .vector("disturbance", "", move |observer| match estimate {
+            Published::Network => observer.network,
+            Published::Input => observer.input,
+        })
+        .vector("imaginary_input", "", |observer| observer.input)
+        .vector("network", "", |observer| observer.network)
+        .vector("sliding", "", |observer| observer.sliding)
+        .scalar("weight_norm", "", |observer| observer.layer.weights.norm())
 }
 
 /// Everything of a component of this family but its surface.
@@ -119,6 +124,14 @@ pub(crate) struct Family<'a> {
 }
 
 impl Family<'_> {
+    /// What is published of a vehicle.
+    pub(crate) fn outputs<S: Surface>(&self, vehicle: &Vehicle) -> Vec<Field> {
+        match vehicle.coordinates() {
+            6 => published::<S, 12, 6>(self.published).fields(),
+            _ => published::<S, 6, 3>(self.published).fields(),
+        }
+    }
+
     /// Adds what is wrong with the initial weights to the findings.
     pub(crate) fn check(&self, checks: Checks, context: &Context) -> Checks {
         let agents = context.agents.len();
@@ -159,21 +172,11 @@ impl Family<'_> {
             SVector::from_column_slice(&row.estimate_velocity),
             OutputLayer::new(weights.map_err(|message| Refusal(format!("What0: {message}")))?),
         );
-        let mut out = |name| bind.out(agent, name);
         Ok(NeuralSurfaceParticipant {
             observer,
-            published: self.published,
             vehicle: row.nominal.clone(),
             position_before: SVector::zeros(),
-            outputs: [
-                out("position")?,
-                out("velocity")?,
-                out("disturbance")?,
-                out("imaginary_input")?,
-                out("network")?,
-                out("sliding")?,
-            ],
-            weight_norm: bind.out(agent, "weight_norm")?,
+            outputs: published(self.published).bind(agent, bind)?,
             position: bind.state(agent, "position")?,
             velocity: bind.state(agent, "velocity")?,
             input: bind.slice(Role::Controller, agent, "input", row.nominal.inputs(), Timing::Delayed)?,
@@ -183,15 +186,13 @@ impl Family<'_> {
 
 struct NeuralSurfaceParticipant<S, const P: usize, const D: usize> {
     observer: NeuralSurfaceObserver<S, P, D>,
-    published: Published,
     vehicle: Vehicle,
     /// Coordinates of the step before, at which the input of the last interval acted.
     position_before: SVector<f64, D>,
     position: In<D>,
     velocity: In<D>,
     input: Slice,
-    outputs: [Out<D>; 6],
-    weight_norm: Out<1>,
+    outputs: BoundOutputs<NeuralSurfaceObserver<S, P, D>>,
 }
 
 impl<S, const P: usize, const D: usize> NeuralSurfaceParticipant<S, P, D> {
@@ -213,17 +214,7 @@ impl<S: Surface, const P: usize, const D: usize> Participant for NeuralSurfacePa
         }
         self.observer.update(&position, &velocity);
         self.position_before = position;
-        let observer = &self.observer;
-        let disturbance = match self.published {
-            Published::Network => observer.network,
-            Published::Input => observer.input,
-        };
-        let values =
-            [observer.position, observer.velocity, disturbance, observer.input, observer.network, observer.sliding];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.weight_norm, [observer.layer.weights.norm()]);
+        self.outputs.write(io, &self.observer);
         Ok(())
     }
 }

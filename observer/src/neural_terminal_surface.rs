@@ -9,7 +9,7 @@ use lockstep::{Field, Participant};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::neural_surface::{Family, Published, Surface, Tuning, outputs};
+use crate::neural_surface::{Family, Published, Surface, Tuning};
 
 /// Gains of the observer.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -109,7 +109,7 @@ impl Component for NeuralTerminalSurface {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        outputs(&context.agents[agent].vehicle)
+        self.family().outputs::<TerminalSurface>(&context.agents[agent].vehicle)
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {

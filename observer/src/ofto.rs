@@ -8,7 +8,7 @@ use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::position_feedback::{Interval, PositionFeedback};
+use crate::position_feedback::{Estimates, Interval, PositionFeedback};
 use crate::reference_rates::ReferenceRates;
 
 /// Gains of the observer, and of the differentiator of the reference beside it.
@@ -105,7 +105,8 @@ impl Participant for OftoParticipant {
         if !step.is_first() {
             self.observer.advance(&interval);
         }
-        self.feedback.publish(io, [self.observer.position, self.observer.velocity, self.observer.estimate]);
+        let OftoObserver { position, velocity, estimate: disturbance, .. } = self.observer;
+        self.feedback.publish(io, &Estimates { position, velocity, disturbance });
         self.rates.step(step, io);
         Ok(())
     }

@@ -2,19 +2,35 @@
 
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
-use formation::wiring::{Bind, Refusal};
-use lockstep::{Field, In, Io, Out};
+use formation::wiring::{Bind, BoundOutputs, Outputs, Refusal};
+use lockstep::{Field, In, Io};
 
 use crate::applied_input::AppliedInput;
 
 /// The position of a planar robot of order 2 and the input that drives it.
-#[derive(Clone, Debug)]
 pub(crate) struct PositionFeedback {
     position: In<3>,
     input: AppliedInput,
     /// x at the last step.
     before: Vector3<f64>,
-    outputs: [Out<3>; 3],
+    outputs: BoundOutputs<Estimates>,
+}
+
+/// What every such observer estimates.
+pub(crate) struct Estimates {
+    /// x̂, m and rad.
+    pub(crate) position: Vector3<f64>,
+    /// v̂, m/s and rad/s.
+    pub(crate) velocity: Vector3<f64>,
+    /// ŵ, m/s² and rad/s².
+    pub(crate) disturbance: Vector3<f64>,
+}
+
+fn published() -> Outputs<Estimates> {
+    Outputs::new()
+        .vector("position", "m, m, rad", |estimates: &Estimates| estimates.position)
+        .vector("velocity", "m/s, m/s, rad/s", |estimates| estimates.velocity)
+        .vector("disturbance", "m/s^2, m/s^2, rad/s^2", |estimates| estimates.disturbance)
 }
 
 /// The start of an interval: the measurement, and the acceleration by the input that acted from then on.
@@ -31,11 +47,7 @@ pub struct Interval {
 impl PositionFeedback {
     /// Outputs of every such observer.
     pub(crate) fn outputs() -> Vec<Field> {
-        vec![
-            Field::vector("position", 3, "m, m, rad"),
-            Field::vector("velocity", 3, "m/s, m/s, rad/s"),
-            Field::vector("disturbance", 3, "m/s^2, m/s^2, rad/s^2"),
-        ]
+        published().fields()
     }
 
     /// Binds the signals of `agent` for the observer called `name`.
@@ -47,12 +59,11 @@ impl PositionFeedback {
             );
             return Err(Refusal(message));
         }
-        let outputs = [bind.out(agent, "position")?, bind.out(agent, "velocity")?, bind.out(agent, "disturbance")?];
         Ok(Self {
             position: bind.state(agent, "position")?,
             input: AppliedInput::new(context, agent, bind)?,
             before: Vector3::zeros(),
-            outputs,
+            outputs: published().bind(agent, bind)?,
         })
     }
 
@@ -64,10 +75,8 @@ impl PositionFeedback {
         (self.before, Interval { dt, position: before, acceleration })
     }
 
-    /// Writes x̂, v̂ and ŵ.
-    pub(crate) fn publish(&self, io: &mut Io, estimates: [Vector3<f64>; 3]) {
-        for (port, value) in self.outputs.into_iter().zip(estimates) {
-            io.set(port, value.into());
-        }
+    /// Writes the estimates of this step.
+    pub(crate) fn publish(&self, io: &mut Io, estimates: &Estimates) {
+        self.outputs.write(io, estimates);
     }
 }

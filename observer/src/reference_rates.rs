@@ -2,28 +2,30 @@
 
 use formation::math::{Differentiator, DifferentiatorGains};
 use formation::nalgebra::Vector3;
-use formation::wiring::{Bind, Checks, Refusal};
-use lockstep::{Field, In, Io, Out, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Outputs, Refusal};
+use lockstep::{Field, In, Io, Step};
 
 /// The differentiator of one agent's reference, with its ports.
-#[derive(Clone, Debug)]
 pub(crate) struct ReferenceRates {
     gains: DifferentiatorGains<4>,
     differentiator: Differentiator<4, 3>,
     reference: In<3>,
     /// x_d at the last step.
     before: Vector3<f64>,
-    velocity: Out<3>,
-    acceleration: Out<3>,
+    outputs: BoundOutputs<Differentiator<4, 3>>,
+}
+
+/// γ2 and γ3.
+fn published() -> Outputs<Differentiator<4, 3>> {
+    Outputs::new()
+        .vector("reference_velocity", "m/s, m/s, rad/s", |rates: &Differentiator<4, 3>| rates.states[1])
+        .vector("reference_acceleration", "m/s^2, m/s^2, rad/s^2", |rates| rates.states[2])
 }
 
 impl ReferenceRates {
     /// What it publishes.
-    pub(crate) fn outputs() -> [Field; 2] {
-        [
-            Field::vector("reference_velocity", 3, "m/s, m/s, rad/s"),
-            Field::vector("reference_acceleration", 3, "m/s^2, m/s^2, rad/s^2"),
-        ]
+    pub(crate) fn outputs() -> Vec<Field> {
+        published().fields()
     }
 
     /// Gains have to be positive.
@@ -42,8 +44,7 @@ impl ReferenceRates {
             differentiator: Differentiator::new(gains, Vector3::zeros()),
             reference: bind.reference(agent, "position")?,
             before: Vector3::zeros(),
-            velocity: bind.out(agent, "reference_velocity")?,
-            acceleration: bind.out(agent, "reference_acceleration")?,
+            outputs: published().bind(agent, bind)?,
         })
     }
 
@@ -56,8 +57,6 @@ impl ReferenceRates {
             self.differentiator.advance(step.dt, &self.before, &Vector3::zeros());
         }
         self.before = reference;
-        let [_, velocity, acceleration, _] = self.differentiator.states;
-        io.set(self.velocity, velocity.into());
-        io.set(self.acceleration, acceleration.into());
+        self.outputs.write(io, &self.differentiator);
     }
 }

@@ -3,8 +3,8 @@
 use formation::nalgebra::{SMatrix, SVector};
 use formation::scenario::Context;
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Slice, Step, Timing};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Slice, Step, Timing};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -120,15 +120,10 @@ impl Component for SlidingNeural {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let length = context.agents[agent].vehicle.coordinates();
-        vec![
-            Field::vector("position", length, ""),
-            Field::vector("velocity", length, ""),
-            Field::vector("disturbance", length, ""),
-            Field::vector("network", length, ""),
-            Field::vector("sliding", length, ""),
-            Field::scalar("weight_norm", ""),
-        ]
+        match context.agents[agent].vehicle.coordinates() {
+            6 => published::<6>().fields(),
+            _ => published::<3>().fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -140,6 +135,16 @@ impl Component for SlidingNeural {
     }
 }
 
+fn published<const D: usize>() -> Outputs<SlidingNeuralObserver<D>> {
+    Outputs::new()
+        .vector("position", "", |observer: &SlidingNeuralObserver<D>| observer.position)
+        .vector("velocity", "", |observer| observer.velocity)
+        .vector("disturbance", "", |observer| observer.estimate)
+        .vector("network", "", |observer| observer.network)
+        .vector("sliding", "", |observer| observer.sliding)
+        .scalar("weight_norm", "", SlidingNeuralObserver::weight_norm)
+}
+
 struct SlidingNeuralParticipant<const D: usize> {
     observer: SlidingNeuralObserver<D>,
     vehicle: Vehicle,
@@ -148,16 +153,13 @@ struct SlidingNeuralParticipant<const D: usize> {
     position: In<D>,
     velocity: In<D>,
     input: Slice,
-    outputs: [Out<D>; 5],
-    weight_norm: Out<1>,
+    outputs: BoundOutputs<SlidingNeuralObserver<D>>,
 }
 
 impl<const D: usize> SlidingNeuralParticipant<D> {
     fn new(gains: &SlidingNeural, context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
         let nominal = &context.agents[agent].nominal;
         let start = SVector::from_column_slice(&context.agents[agent].estimate);
-        let mut out = |name| bind.out(agent, name);
-        let outputs = [out("position")?, out("velocity")?, out("disturbance")?, out("network")?, out("sliding")?];
         Ok(Self {
             observer: SlidingNeuralObserver::new(gains.clone(), start),
             vehicle: nominal.clone(),
@@ -171,8 +173,7 @@ impl<const D: usize> SlidingNeuralParticipant<D> {
                 nominal.inputs(),
                 Timing::Delayed,
             )?,
-            outputs,
-            weight_norm: bind.out(agent, "weight_norm")?,
+            outputs: published().bind(agent, bind)?,
         })
     }
 
@@ -194,12 +195,7 @@ impl<const D: usize> Participant for SlidingNeuralParticipant<D> {
         }
         self.observer.update(&position, &velocity);
         self.position_before = position;
-        let observer = &self.observer;
-        let values = [observer.position, observer.velocity, observer.estimate, observer.network, observer.sliding];
-        for (port, value) in self.outputs.into_iter().zip(values) {
-            io.set(port, value.into());
-        }
-        io.set(self.weight_norm, [observer.weight_norm()]);
+        self.outputs.write(io, &self.observer);
         Ok(())
     }
 }

@@ -5,8 +5,8 @@ use formation::math::sig_vector;
 use formation::nalgebra::{SVector, Vector3, Vector6};
 use formation::networks::{HiddenRate, ThreeLayer, ThreeLayerRates};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -100,12 +100,7 @@ impl Component for ThreeLayerNeural {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        vec![
-            Field::vector("position", 3, "m, m, rad"),
-            Field::vector("disturbance", 3, "m/s, m/s, rad/s"),
-            Field::scalar("weight_norm", ""),
-            Field::scalar("hidden_weight_norm", ""),
-        ]
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -117,18 +112,24 @@ impl Component for ThreeLayerNeural {
             observer: ThreeLayerObserver::new(self, gamma, network, start),
             applied: AppliedInput::new(context, agent, bind)?,
             position: bind.state(agent, "position")?,
-            outputs: [bind.out(agent, "position")?, bind.out(agent, "disturbance")?],
-            norms: [bind.out(agent, "weight_norm")?, bind.out(agent, "hidden_weight_norm")?],
+            outputs: published().bind(agent, bind)?,
         }))
     }
+}
+
+fn published() -> Outputs<ThreeLayerObserver> {
+    Outputs::new()
+        .vector("position", "m, m, rad", |observer: &ThreeLayerObserver| observer.position)
+        .vector("disturbance", "m/s, m/s, rad/s", |observer| observer.estimate)
+        .scalar("weight_norm", "", |observer| observer.network.outer_norm())
+        .scalar("hidden_weight_norm", "", |observer| observer.network.hidden_norm())
 }
 
 struct ThreeLayerParticipant {
     observer: ThreeLayerObserver,
     applied: AppliedInput,
     position: In<3>,
-    outputs: [Out<3>; 2],
-    norms: [Out<1>; 2],
+    outputs: BoundOutputs<ThreeLayerObserver>,
 }
 
 impl Participant for ThreeLayerParticipant {
@@ -140,11 +141,7 @@ impl Participant for ThreeLayerParticipant {
         }
         let [u1, u2, u3, _] = self.applied.values(io);
         observer.update(&io.get(self.position).into(), &Vector3::new(u1, u2, u3));
-        for (port, value) in self.outputs.into_iter().zip([observer.position, observer.estimate]) {
-            io.set(port, value.into());
-        }
-        io.set(self.norms[0], [observer.network.outer_norm()]);
-        io.set(self.norms[1], [observer.network.hidden_norm()]);
+        self.outputs.write(io, observer);
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use formation::formula::Formula;
 use formation::math::Rk4;
 use formation::scenario::{Agent, Context};
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
-use formation::wiring::{Bind, Checks, Component, Refusal, Role};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal, Role};
 use lockstep::{Fault, Field, Io, Participant, Slice, Step, Timing};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -39,27 +39,7 @@ impl Component for Vehicles {
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        let vehicle = &context.agents[agent].vehicle;
-        let length = vehicle.coordinates();
-        let [position, velocity, acceleration] = units(vehicle);
-        let disturbance = &context.disturbance[agent];
-        let mut fields = vec![Field::vector("position", length, position)];
-        if vehicle.order() == 2 {
-            fields.push(Field::vector("velocity", length, velocity));
-        }
-        let matched_unit = if vehicle.order() == 2 { acceleration } else { velocity };
-        fields.push(Field::vector("disturbance", length, matched_unit));
-        if !disturbance.mismatched.is_empty() {
-            fields.push(Field::vector("mismatched", length, velocity));
-        }
-        if context.actuator.is_some() {
-            let inputs = vehicle.inputs();
-            fields.extend([Field::vector("actuator", inputs, ""), Field::vector("memory", inputs, "")]);
-        }
-        if self.acceleration {
-            fields.push(Field::vector("acceleration", length, acceleration));
-        }
-        fields
+        self.published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -94,24 +74,21 @@ impl Participant for VehiclesParticipant {
     }
 }
 
-/// One vehicle, its state and its ports.
+/// One vehicle and its ports.
 struct Body {
+    motion: Motion,
+    integrator: Rk4,
+    command: Slice,
+    outputs: BoundOutputs<Motion>,
+}
+
+/// A vehicle and its state.
+struct Motion {
     dynamics: Dynamics,
     /// Coordinates, then velocities (order 2).
     state: Vec<f64>,
-    integrator: Rk4,
-    command: Slice,
-    outputs: Outputs,
-}
-
-struct Outputs {
-    position: Slice,
-    velocity: Option<Slice>,
-    disturbance: Slice,
-    mismatched: Option<Slice>,
-    /// Output and memory of the actuators.
-    actuators: Option<[Slice; 2]>,
-    acceleration: Option<Slice>,
+    /// Time derivative of the state, if it is published.
+    slope: Option<Vec<f64>>,
 }
 
 /// What turns a state and an input into a time derivative.
@@ -127,6 +104,45 @@ struct Dynamics {
 }
 
 impl Vehicles {
+    fn published(&self, context: &Context, agent: usize) -> Outputs<Motion> {
+        let vehicle = &context.agents[agent].vehicle;
+        let (length, inputs) = (vehicle.coordinates(), vehicle.inputs());
+        let [position, velocity, acceleration] = units(vehicle);
+        let mut outputs = Outputs::new().slice("position", length, position, move |motion: &Motion, place| {
+            place.copy_from_slice(&motion.state[..length]);
+        });
+        if vehicle.order() == 2 {
+            outputs = outputs.slice("velocity", length, velocity, move |motion, place| {
+                place.copy_from_slice(&motion.state[length..]);
+            });
+        }
+        let matched_unit = if vehicle.order() == 2 { acceleration } else { velocity };
+        outputs = outputs.slice("disturbance", length, matched_unit, |Motion { dynamics, .. }, place| {
+            evaluate(&dynamics.matched, &dynamics.arguments, place);
+        });
+        if !context.disturbance[agent].mismatched.is_empty() {
+            outputs = outputs.slice("mismatched", length, velocity, |Motion { dynamics, .. }, place| {
+                evaluate(&dynamics.mismatched, &dynamics.arguments, place);
+            });
+        }
+        if context.actuator.is_some() {
+            outputs = outputs
+                .slice("actuator", inputs, "", move |motion, place| {
+                    place.copy_from_slice(&motion.dynamics.actuators.output[..inputs]);
+                })
+                .slice("memory", inputs, "", move |motion, place| {
+                    place.copy_from_slice(&motion.dynamics.actuators.memory[..inputs]);
+                });
+        }
+        if self.acceleration {
+            outputs = outputs.slice("acceleration", length, acceleration, move |motion, place| {
+                let slope = motion.slope.as_deref().unwrap_or_default();
+                place.copy_from_slice(&slope[length..]);
+            });
+        }
+        outputs
+    }
+
     fn body(&self, context: &Context, agent: usize, bind: &mut Bind) -> Result<Body, Refusal> {
         let Agent { vehicle, position, velocity, .. } = &context.agents[agent];
         let length = vehicle.coordinates();
@@ -136,20 +152,7 @@ impl Vehicles {
         }
         let disturbance = &context.disturbance[agent];
         let command = bind.slice(Role::Controller, agent, "input", vehicle.inputs(), Timing::Delayed)?;
-        let mut actuator = |name| bind.slice_out(agent, name, vehicle.inputs());
-        let actuator_outputs = match context.actuator {
-            Some(_) => Some([actuator("actuator")?, actuator("memory")?]),
-            None => None,
-        };
-        let mut optional = |present: bool, name| present.then(|| bind.slice_out(agent, name, length)).transpose();
-        let outputs = Outputs {
-            velocity: optional(vehicle.order() == 2, "velocity")?,
-            mismatched: optional(!disturbance.mismatched.is_empty(), "mismatched")?,
-            acceleration: optional(self.acceleration, "acceleration")?,
-            actuators: actuator_outputs,
-            position: bind.slice_out(agent, "position", length)?,
-            disturbance: bind.slice_out(agent, "disturbance", length)?,
-        };
+        let outputs = self.published(context, agent).bind(agent, bind)?;
         let mut timed = Vec::new();
         let mut extract = |formulas: &[Formula]| -> Vec<Formula> {
             let formulas = formulas.iter().map(|formula| {
@@ -165,14 +168,15 @@ impl Vehicles {
         arguments[0] = f64::NAN;
         let actuators = Actuators::new(context);
         let dynamics = Dynamics { vehicle: vehicle.clone(), matched, mismatched, actuators, timed, arguments };
-        Ok(Body { integrator: Rk4::new(state.len()), dynamics, state, command, outputs })
+        let slope = self.acceleration.then(|| vec![0.0; state.len()]);
+        Ok(Body { integrator: Rk4::new(state.len()), motion: Motion { dynamics, state, slope }, command, outputs })
     }
 }
 
 impl Body {
     /// Advances from `time` by `dt` with the command of the step before held.
     fn advance(&mut self, time: f64, dt: f64, substeps: u32, io: &Io) {
-        let Self { dynamics, state, integrator, .. } = self;
+        let Self { motion: Motion { dynamics, state, .. }, integrator, .. } = self;
         dynamics.actuators.apply(io.slice(self.command));
         let length = dt / f64::from(substeps);
         for substep in 0..substeps {
@@ -181,26 +185,12 @@ impl Body {
     }
 
     fn publish(&mut self, time: f64, io: &mut Io) {
-        let length = self.dynamics.vehicle.coordinates();
-        let (position, velocity) = self.state.split_at(length);
-        io.slice_mut(self.outputs.position).copy_from_slice(position);
-        if let Some(port) = self.outputs.velocity {
-            io.slice_mut(port).copy_from_slice(velocity);
+        let Motion { dynamics, state, slope } = &mut self.motion;
+        dynamics.set_arguments(time, state);
+        if let Some(slope) = slope {
+            dynamics.slope(time, state, slope);
         }
-        self.dynamics.set_arguments(time, &self.state);
-        evaluate(&self.dynamics.matched, &self.dynamics.arguments, io.slice_mut(self.outputs.disturbance));
-        if let Some(port) = self.outputs.mismatched {
-            evaluate(&self.dynamics.mismatched, &self.dynamics.arguments, io.slice_mut(port));
-        }
-        if let Some([output, memory]) = self.outputs.actuators {
-            io.slice_mut(output).copy_from_slice(&self.dynamics.actuators.output[..output.length]);
-            io.slice_mut(memory).copy_from_slice(&self.dynamics.actuators.memory[..memory.length]);
-        }
-        if let Some(port) = self.outputs.acceleration {
-            let mut slopes = [0.0; 2 * MAX_COORDINATES];
-            self.dynamics.slope(time, &self.state, &mut slopes[..2 * length]);
-            io.slice_mut(port).copy_from_slice(&slopes[length..2 * length]);
-        }
+        self.outputs.write(io, &self.motion);
     }
 }
 

@@ -11,9 +11,10 @@
 //! Mass `m` and moment of inertia `I` are those of the agents in the scenario, the drag `c` and `d` is a parameter of this plant.
 
 use formation::math::Rk4;
+use formation::nalgebra::Vector3;
 use formation::scenario::{Context, Disturbance};
-use formation::wiring::{Bind, Checks, Component, Refusal, Role};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step, Timing};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal, Role};
+use lockstep::{Fault, Field, In, Io, Participant, Step, Timing};
 use plant::Actuators;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -34,13 +35,28 @@ impl Component for Carts {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        vec![Field::vector("position", 3, "m, m, rad"), Field::vector("velocity", 3, "m/s, m/s, rad/s")]
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let carts = agents.iter().map(|&agent| Cart::new(self, context, agent, bind));
         Ok(Box::new(Fleet { carts: carts.collect::<Result<_, _>>()? }))
     }
+}
+
+/// How a cart stands and moves after a step.
+struct Motion {
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+}
+
+/// The outputs: name, unit and value of each.
+fn published() -> Outputs<Motion> {
+    Outputs::new().vector("position", "m, m, rad", |motion: &Motion| motion.position).vector(
+        "velocity",
+        "m/s, m/s, rad/s",
+        |motion| motion.velocity,
+    )
 }
 
 /// The participant: all carts of the run, or one of them if the scenario says `per_agent = true`.
@@ -71,8 +87,7 @@ struct Cart {
     /// x, y, θ, v, ω.
     state: [f64; 5],
     input: In<2>,
-    position: Out<3>,
-    velocity: Out<3>,
+    outputs: BoundOutputs<Motion>,
 }
 
 impl Cart {
@@ -91,8 +106,7 @@ impl Cart {
             state: [x, y, heading, vx * cos + vy * sin, turn],
             // The command of the step before: it is in force until this step.
             input: bind.read(Role::Controller, agent, "input", Timing::Delayed)?,
-            position: bind.out(agent, "position")?,
-            velocity: bind.out(agent, "velocity")?,
+            outputs: published().bind(agent, bind)?,
         })
     }
 
@@ -113,8 +127,8 @@ impl Cart {
 
     fn publish(&self, io: &mut Io) {
         let [x, y, heading, ..] = self.state;
-        io.set(self.position, [x, y, heading]);
-        io.set(self.velocity, self.model.velocity(&self.state));
+        let velocity = self.model.velocity(&self.state).into();
+        self.outputs.write(io, &Motion { position: Vector3::new(x, y, heading), velocity });
     }
 }
 

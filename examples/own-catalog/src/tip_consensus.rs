@@ -19,8 +19,8 @@
 use formation::math::Neighbourhood;
 use formation::nalgebra::{Vector2, Vector4};
 use formation::scenario::Context;
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -57,7 +57,7 @@ impl Component for TipConsensus {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        vec![Field::vector("input", 2, "N, N m"), Field::vector("deviation", 2, "m")]
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -77,10 +77,23 @@ impl Component for TipConsensus {
             own: Sight::new(agent, bind)?,
             others,
             feedforward: bind.reference(agent, "acceleration")?,
-            input: bind.out(agent, "input")?,
-            deviation: bind.out(agent, "deviation")?,
+            outputs: published().bind(agent, bind)?,
         }))
     }
+}
+
+/// What a step results in.
+struct Outcome {
+    input: Vector2<f64>,
+    /// δ.
+    deviation: Vector2<f64>,
+}
+
+/// The outputs: name, unit and value of each.
+fn published() -> Outputs<Outcome> {
+    Outputs::new()
+        .vector("input", "N, N m", |outcome: &Outcome| outcome.input)
+        .vector("deviation", "m", |outcome| outcome.deviation)
 }
 
 /// The participant: the controller of one cart.
@@ -92,8 +105,7 @@ struct TipController {
     own: Sight,
     others: Vec<Sight>,
     feedforward: In<3>,
-    input: Out<2>,
-    deviation: Out<2>,
+    outputs: BoundOutputs<Outcome>,
 }
 
 impl Participant for TipController {
@@ -103,8 +115,8 @@ impl Participant for TipController {
         let error = self.graph.local_error(&own, others);
         let [x, y, _] = io.get(self.feedforward);
         let demand = self.law.demand(Vector2::new(x, y), error.xy(), Vector2::new(error.z, error.w));
-        io.set(self.input, self.law.inputs(demand, &self.own.pose(io), self.mass, self.inertia));
-        io.set(self.deviation, own.xy().into());
+        let input = self.law.inputs(demand, &self.own.pose(io), self.mass, self.inertia);
+        self.outputs.write(io, &Outcome { input: input.into(), deviation: own.xy() });
         Ok(())
     }
 }

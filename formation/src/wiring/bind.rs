@@ -165,7 +165,7 @@ impl<'a> Bind<'a> {
     ///
     /// # Errors
     /// [`Refusal`] if [`Component::outputs`](super::Component::outputs) does not declare it so.
-    pub fn out<const D: usize>(&mut self, agent: usize, name: &str) -> Result<Out<D>, Refusal> {
+    pub fn out<const D: usize>(&self, agent: usize, name: &str) -> Result<Out<D>, Refusal> {
         let slice = self.out_slice(agent, name, D)?;
         Ok(Out::new(slice.0, slice.1))
     }
@@ -174,7 +174,7 @@ impl<'a> Bind<'a> {
     ///
     /// # Errors
     /// See [`Bind::out`].
-    pub fn slice_out(&mut self, agent: usize, name: &str, length: usize) -> Result<Slice, Refusal> {
+    pub fn slice_out(&self, agent: usize, name: &str, length: usize) -> Result<Slice, Refusal> {
         let (port, offset) = self.out_slice(agent, name, length)?;
         Ok(Slice::new(port, offset, length))
     }

@@ -6,10 +6,11 @@ mod model;
 pub use model::{LaboratoryRobot, Sighting};
 
 use formation::config::{Node, Problems, read};
+use formation::nalgebra::Vector3;
 use formation::scenario::{Context, Scenario};
 use formation::vehicle::{Drive, Vehicle};
-use formation::wiring::{Bind, Checks, Component, Refusal};
-use lockstep::{Fault as Failing, Field, In, Io, Out, Participant, Step};
+use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
+use lockstep::{Fault as Failing, Field, In, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -190,7 +191,7 @@ impl Component for Laboratory {
     }
 
     fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        vec![Field::vector("position", 3, "m, m, rad"), Field::scalar("age", "s"), Field::scalar("connected", "")]
+        published().fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -203,13 +204,25 @@ impl Component for Laboratory {
                 seen_at: 0,
                 robot,
                 command: bind.command_before(agent, "input")?,
-                position: bind.out(agent, "position")?,
-                age: bind.out(agent, "age")?,
-                connected: bind.out(agent, "connected")?,
+                outputs: published().bind(agent, bind)?,
             });
         }
         Ok(Box::new(LaboratoryParticipant { stations, ticks, tick_ns: self.tick_ns() }))
     }
+}
+
+/// What the cameras tell of a robot in a step.
+struct Told {
+    position: Vector3<f64>,
+    /// Since the capture of the position, s.
+    age: f64,
+}
+
+fn published() -> Outputs<Told> {
+    Outputs::new()
+        .vector("position", "m, m, rad", |told: &Told| told.position)
+        .scalar("age", "s", |told| told.age)
+        .scalar("connected", "", |_| 1.0)
 }
 
 struct LaboratoryParticipant {
@@ -227,9 +240,7 @@ struct Station {
     /// The tick of its capture.
     seen_at: u64,
     command: In<3>,
-    position: Out<3>,
-    age: Out<1>,
-    connected: Out<1>,
+    outputs: BoundOutputs<Told>,
 }
 
 impl Participant for LaboratoryParticipant {
@@ -245,11 +256,10 @@ impl Participant for LaboratoryParticipant {
                     (station.seen, station.seen_at, fresh) = (pose, sighting.captured, true);
                 }
             }
-            io.set(station.position, station.seen);
-            io.set(station.age, [((station.robot.tick() - station.seen_at) * self.tick_ns) as f64 / 1e9]);
-            io.set(station.connected, [1.0]);
+            let age = ((station.robot.tick() - station.seen_at) * self.tick_ns) as f64 / 1e9;
+            station.outputs.write(io, &Told { position: station.seen.into(), age });
             if !fresh {
-                io.mark_held(station.position);
+                station.outputs.mark_held(io);
             }
         }
         Ok(())
