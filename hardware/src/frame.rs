@@ -57,7 +57,7 @@ impl Kind {
     }
 }
 
-/// A frame that is none.
+/// An invalid frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
     /// It does not begin as a frame does.

@@ -29,7 +29,7 @@ pub enum LinkError {
 
 /// An open way for frames, in both directions and in order.
 pub trait Link: Send {
-    /// Sends a frame, without waiting: the step of everybody else would wait, too.
+    /// Sends a frame, without waiting: the steps of all participants would wait, too.
     ///
     /// # Errors
     /// [`LinkError`], also if the other end does not take what it is sent; the link is of no use then.

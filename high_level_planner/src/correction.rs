@@ -115,7 +115,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whoever walks straight to the corrected reference touches the inner circle at most, and gets closer to the given one.
+        /// An agent that goes straight to the corrected reference touches the inner circle at most, and gets closer to the given one.
         #[test]
         fn the_way_to_the_corrected_reference_is_free(distance in 0.51..1.0f64, angle in 0.0..6.2f64, range in 0.0..4.0f64, bearing in 0.0..6.2f64) {
             let position = polar(distance, angle);

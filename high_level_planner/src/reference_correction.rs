@@ -65,13 +65,11 @@ impl Component for ReferenceCorrection {
             checks = checks.require(false, &place, message);
         }
         let planar = context.agents.iter().all(|agent| agent.nominal.omni().is_some());
-        checks
-            .require(planar, "/planner", "corrects the references of ground robots only; this vehicle is none")
-            .require(
-                context.obstacles.is_some(),
-                "/planner",
-                "needs the section `[obstacles]`: p_obs, r_obs, eps1, eps2",
-            )
+        checks.require(planar, "/planner", "corrects the references of ground robots only").require(
+            context.obstacles.is_some(),
+            "/planner",
+            "needs the section `[obstacles]`: p_obs, r_obs, eps1, eps2",
+        )
     }
 
     /// What the agent has to track comes first, then whatever it was made from.

@@ -22,7 +22,7 @@ pub struct SlidingErrors {
     pub position: Vector3<f64>,
     /// ev, or δv of the agent alone.
     pub velocity: Vector3<f64>,
-    /// The derivative of `velocity`, if somebody knows the accelerations.
+    /// The derivative of `velocity`, if the accelerations are known.
     pub acceleration: Option<Vector3<f64>>,
 }
 

@@ -44,7 +44,7 @@ pub struct DynamicSlidingChebyshev {
     pub compensate: bool,
 }
 
-/// What the controller is told at one instant, errors aside.
+/// What the controller reads at one instant besides the errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChebyshevSignals {
     /// x and v of the agent: the inputs of the network.

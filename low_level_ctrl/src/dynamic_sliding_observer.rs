@@ -26,7 +26,7 @@ pub struct DynamicSlidingObserver {
     pub accel: AccelerationSource,
 }
 
-/// What the controller is told at one instant, errors aside.
+/// What the controller reads at one instant besides the errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DynamicSlidingSignals {
     /// ddxd.

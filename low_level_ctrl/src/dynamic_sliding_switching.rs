@@ -30,7 +30,7 @@ pub struct DynamicSlidingSwitching {
     pub accel: AccelerationSource,
 }
 
-/// The controller of one agent, which looks at nobody else. The input is its state.
+/// The controller of one agent, which reads no other agent. The input is its state.
 #[derive(Clone, Debug)]
 pub struct DynamicSlidingSwitchingController {
     gains: DynamicSlidingSwitching,

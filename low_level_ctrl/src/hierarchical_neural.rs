@@ -128,7 +128,7 @@ impl Component for HierarchicalNeural {
         let agent = agents[0];
         let vehicle = context.agents[agent].nominal.omni().ok_or_else(|| {
             Refusal(
-                "the controller `hierarchical_neural` drives planar robots with three coordinates; this vehicle is none"
+                "the controller `hierarchical_neural` drives planar robots with three coordinates; this vehicle is not one"
                     .into(),
             )
         })?;

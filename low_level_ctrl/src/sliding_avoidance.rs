@@ -142,7 +142,9 @@ impl Component for SlidingAvoidance {
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
         let omni = context.agents[agent].nominal.omni().filter(|omni| omni.order() == 2).ok_or_else(|| {
-            Refusal("the controller `sliding_avoidance` drives ground robots of order 2; this vehicle is none".into())
+            Refusal(
+                "the controller `sliding_avoidance` drives ground robots of order 2; this vehicle is not one".into(),
+            )
         })?;
         let obstacles = context.obstacles.as_ref().filter(|_| self.use_apf);
         let boundaries = obstacles.map_or_else(Vec::new, |obstacles| obstacles.boundaries(omni.radius));

@@ -8,7 +8,7 @@ use lockstep::{Field, In, Io};
 
 use crate::LocalError;
 
-/// What a controller is told of its agent, its neighbours and the reference at one instant.
+/// What a controller knows of its agent, its neighbours and the reference at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FormationErrors {
     /// δx, own position error, m and rad.

@@ -55,7 +55,7 @@ impl PositionFeedback {
         let vehicle = &context.agents[agent].nominal;
         if vehicle.omni().is_none() || vehicle.order() != 2 {
             let message = format!(
-                "the observer `{name}` estimates the velocity of a planar robot whose inputs set accelerations (order 2); this vehicle is none"
+                "the observer `{name}` estimates the velocity of a planar robot whose inputs set accelerations (order 2); this vehicle is not one"
             );
             return Err(Refusal(message));
         }

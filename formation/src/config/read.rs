@@ -9,7 +9,7 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed};
 
 use super::reader::Reader;
 use super::stand_in::StandIn;
-use super::{Node, Origin, Problem, Problems, Sort, brief, nearest};
+use super::{Node, Origin, Problem, Problems, Sort, brief, did_you_mean};
 
 /// Reads `node`, found at `path` in its file, as a `T`. All mistakes are added to `problems`; if there were any, there
 /// is no value.
@@ -137,7 +137,7 @@ impl State {
     }
 }
 
-/// What a table without `field` is told.
+/// The message for a table without `field`.
 pub(super) fn missing(field: &str) -> String {
     format!("missing field `{field}`")
 }
@@ -148,10 +148,7 @@ pub(super) fn expectation(expected: &[&str], found: &str) -> String {
         [only] => format!("expected {only}"),
         _ => format!("expected one of {}", expected.join(", ")),
     };
-    match nearest(found, expected.iter().copied()) {
-        Some(near) => format!("{list}; did you mean `{near}`?"),
-        None => list,
-    }
+    list + &did_you_mean(found, expected.iter().copied())
 }
 
 /// Reads the value at `path`, or the stand-in for it if there is one; every error gets its place here. `node` may only

@@ -2,7 +2,7 @@
 
 use super::Jet;
 use super::function::{Binary, Unary};
-use super::germ::Germ;
+use super::one_sided::OneSidedJet;
 use super::real::Real;
 
 /// Most values on the stack at a time. Fixed, so that a run needs no memory but the caller's stack.
@@ -54,7 +54,7 @@ impl Formula {
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula uses.
     pub fn evaluate_jet(&self, slots: &[Jet]) -> Jet {
-        self.run::<Germ, _>(slots).jet()
+        self.run::<OneSidedJet, _>(slots).jet()
     }
 
     /// The value, if it depends on no slot.

@@ -1,4 +1,4 @@
-//! The communication graph: who receives from whom, and who knows the reference.
+//! The communication graph: which agents receive from which, and which know the reference.
 
 use nalgebra::SVector;
 
@@ -151,7 +151,7 @@ impl Topology {
         row
     }
 
-    /// The first agent (from 0) that neither knows the reference nor hears, over any number of links, of one who does.
+    /// The first agent (from 0) that neither knows the reference nor hears, over any number of links, of one that does.
     ///
     /// `L + B` is invertible if there is none.
     pub fn unled_agent(&self) -> Option<usize> {

@@ -14,7 +14,7 @@ pub(super) const RING: &str = "ring";
 /// Name of the ring with links both ways.
 pub(super) const TWO_WAY_RING: &str = "two_way_ring";
 
-/// Who receives from whom, as a scenario file says it. A name stands for a graph of any number of agents, and takes no N x N
+/// Which agents receive from which, as a scenario file says it. A name stands for a graph of any number of agents, and takes no N x N
 /// numbers to write down.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Adjacency {

@@ -9,7 +9,7 @@ use super::adjacency::Adjacency;
 use super::agents::{VehicleSection, read_agents};
 use super::formulas::Formulas;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
-use crate::config::{Node, PerAgent, Problems, Sort, read};
+use crate::config::{Node, PerAgent, Problems, Sort, did_you_mean, read};
 use crate::formula::{Formula, Jet};
 use crate::math::Topology;
 use crate::vehicle::Actuator;
@@ -229,8 +229,8 @@ fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problem
         return;
     };
     for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
-        let hint = crate::config::nearest(name, known.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
-        let message = format!("unknown field, expected one of {}{}", known.join(", "), hint.unwrap_or_default());
+        let hint = did_you_mean(name, known.iter().copied());
+        let message = format!("unknown field, expected one of {}{hint}", known.join(", "));
         problems.at(root, &format!("{section}.{name}"), message).sort = Sort::Unknown;
     }
 }

@@ -68,7 +68,7 @@ impl FailurePolicy {
         self.others != OnFailure::Abort || self.participants.iter().any(|&(_, policy)| policy != OnFailure::Abort)
     }
 
-    /// Reads `on_failure`: a policy for everybody, or a table by participant.
+    /// Reads `on_failure`: a policy for all participants, or a table by participant.
     pub(super) fn read(root: &Node, problems: &mut Problems) -> Self {
         let mut policy = Self::default();
         let Some(node) = root.at("on_failure") else { return policy };

@@ -9,9 +9,9 @@ use lockstep::Timing;
 use super::overrides::{Override, apply, override_problem};
 use super::ranges::read_ranges;
 use super::realtime::read_overrun;
-use super::wishes::{read_edges, read_groups, read_swaps};
+use super::run_sections::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
-use crate::config::{Entry, Node, Problem, Problems, Sort, Source, Value, nearest, read};
+use crate::config::{Entry, Node, Problem, Problems, Sort, Source, Value, did_you_mean, read};
 use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -316,8 +316,8 @@ fn check_rates(root: &Node, problems: &mut Problems) {
 fn check_sections(root: &Node, problems: &mut Problems) {
     let Some(table) = root.as_table() else { return };
     for (name, _) in table.iter().filter(|(name, _)| !SECTIONS.contains(name)) {
-        let hint = nearest(name, SECTIONS.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
-        let message = format!("unknown field, expected one of {}{}", SECTIONS.join(", "), hint.unwrap_or_default());
+        let hint = did_you_mean(name, SECTIONS.iter().copied());
+        let message = format!("unknown field, expected one of {}{hint}", SECTIONS.join(", "));
         problems.at(root, name, message).sort = Sort::Unknown;
     }
 }
@@ -342,9 +342,9 @@ fn select_variant(root: &mut Node, chosen: Option<&str>, names: &[String]) -> Re
         return Ok(name);
     }
     if !names.contains(&name) {
-        let hint = nearest(&name, names.iter().map(String::as_str)).map(|near| format!("; did you mean `{near}`?"));
+        let hint = did_you_mean(&name, names.iter().map(String::as_str));
         let expected = if names.is_empty() { "this scenario has none".into() } else { names.join(", ") };
-        let message = format!("no variant is called `{name}`, expected one of: {expected}{}", hint.unwrap_or_default());
+        let message = format!("no variant is called `{name}`, expected one of: {expected}{hint}");
         return Err(match (chosen, table.get("variant")) {
             (None, Some(node)) => Problem::new(Some(node.origin.clone()), "variant", message),
             _ => override_problem(&format!("variant={name}"), &message),

@@ -21,10 +21,10 @@ mod proximity;
 mod ranges;
 mod realtime;
 mod renumber;
+mod run_sections;
 mod schema;
 mod shipped;
 mod timing;
-mod wishes;
 
 pub use agent_number::AgentNumber;
 pub use agents::Agent;

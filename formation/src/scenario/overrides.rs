@@ -4,7 +4,7 @@ use super::SECTIONS;
 use super::adjacency::TWO_WAY_RING;
 use super::agents::AGENT_FIELDS;
 use super::renumber::{Renumbering, repeat_emulators};
-use crate::config::{Node, Origin, Problem, Sort, Value, brief, nearest};
+use crate::config::{Node, Origin, Problem, Sort, Value, brief, did_you_mean};
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
 const ALIASES: &[(&str, &str)] = &[
@@ -82,7 +82,7 @@ impl<'a> Override<'a> {
 /// What the overrides together decide about the agents.
 #[derive(Clone, Copy)]
 struct Given {
-    /// Who receives from whom.
+    /// Which agents receive from which.
     adjacency: bool,
     /// How many there are.
     count: bool,
@@ -155,8 +155,8 @@ fn resolve(root: &Node, o: &Override) -> Result<String, Problem> {
         [] => {
             let names = root.leaf_names();
             let known = names.iter().map(String::as_str).chain(SECTIONS.iter().copied());
-            let hint = nearest(o.path, known).map(|name| format!("; did you mean `{name}`?"));
-            let message = format!("nothing in this scenario is called `{}`{}", brief(o.path), hint.unwrap_or_default());
+            let hint = did_you_mean(o.path, known);
+            let message = format!("nothing in this scenario is called `{}`{hint}", brief(o.path));
             let found = problem(o, message).sorted(Sort::Unknown);
             Err(match foreign(o.path) {
                 Some(help) => found.with_help(help),

@@ -46,7 +46,7 @@ impl Proximity {
     }
 }
 
-/// The row of one agent in the adjacency matrix of this instant: static weights, and links to those who are near.
+/// The row of one agent in the adjacency matrix of this instant: static weights, and links to the agents that are near.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjacencyRow {
     fixed: Vec<f64>,

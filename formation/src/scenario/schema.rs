@@ -10,7 +10,7 @@ use super::agents::{Row, VehicleSection};
 use super::context::TopologySection;
 use super::coordinates::Coordinates;
 use super::realtime::RealtimeSection;
-use super::wishes::PlacementSection;
+use super::run_sections::PlacementSection;
 use super::{Expectation, MOST_RESTARTS, Obstacles, OnFailure, Timing};
 
 impl JsonSchema for Adjacency {
@@ -147,7 +147,7 @@ pub fn sections(generator: &mut SchemaGenerator) -> BTreeMap<&'static str, Schem
     ])
 }
 
-/// A policy for everybody, or a table of policies by participant or role.
+/// A policy for all participants, or a table of policies by participant or role.
 fn on_failure() -> Schema {
     let policy = || json_schema!({ "enum": OnFailure::NAMES.map(|(name, _)| name) });
     let table = json_schema!({

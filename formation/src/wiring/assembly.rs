@@ -4,9 +4,9 @@ use lockstep::{Channel, Layout, Network, Node, Participant};
 use std::borrow::Cow;
 
 use super::components::read_components;
+use super::named_participants::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::present::add_variants_with;
 use super::ranges;
-use super::wishes::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::{Bind, Component, Kind, Signals};
 use crate::config::{Problem, Problems, Sort};
 use crate::role::Role;

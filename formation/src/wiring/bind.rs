@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lockstep::{Channel, ChannelId, In, Input, Layout, Node, Out, Slice, Timing};
 
 use super::Role;
-use super::rest::Bound;
+use super::unbound::Bound;
 
 /// Why a component cannot be used here.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -22,7 +22,7 @@ pub trait Component: Send + Sync {
     /// The participant that serves `agents` (from 0): one for an observer or a controller, all for a planner.
     ///
     /// # Errors
-    /// [`Refusal`] if a signal that it needs is not there, or the vehicle is none that it can serve.
+    /// [`Refusal`] if a signal that it needs is missing, or if it cannot serve this vehicle.
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal>;
 }
 
@@ -139,7 +139,7 @@ impl Checks {
         self
     }
 
-    /// The communication graph must be strongly connected; where the scenario allows any graph, the reference must reach everybody.
+    /// The communication graph must be strongly connected; where the scenario allows any graph, the reference must reach every agent.
     pub fn strongly_connected(mut self, context: &Context) -> Self {
         if context.any_graph {
             return self.led(context);

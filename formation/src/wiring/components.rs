@@ -1,7 +1,7 @@
 //! The components that the sections of a scenario name.
 
 use super::{Component, Kind, Roles};
-use crate::config::{Node, Problem, Problems, Sort, nearest};
+use crate::config::{Node, Problem, Problems, Sort, did_you_mean};
 use crate::role::Role;
 use crate::scenario::Scenario;
 
@@ -70,12 +70,8 @@ fn split_kind(section: &Node, role: Role, kinds: &[Kind], problems: &mut Problem
     match kinds.iter().find(|kind| kind.name == found) {
         Some(kind) => Some((*kind, parameters)),
         None => {
-            let help = nearest(found, names.iter().copied()).map(|name| format!("; did you mean `{name}`?"));
-            let message = format!(
-                "no {role} is called `{found}`, expected one of {}{}",
-                names.join(", "),
-                help.unwrap_or_default()
-            );
+            let (known, hint) = (names.join(", "), did_you_mean(found, names.iter().copied()));
+            let message = format!("no {role} is called `{found}`, expected one of {known}{hint}");
             problems.push(Problem::new(Some(node.origin.clone()), format!("{role}.kind"), message));
             None
         }

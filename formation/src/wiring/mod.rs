@@ -9,13 +9,13 @@ mod bind;
 mod component;
 mod components;
 mod interface;
+mod named_participants;
 mod outputs;
 mod present;
 mod ranges;
-mod rest;
 mod station;
 pub mod testing;
-mod wishes;
+mod unbound;
 
 pub use crate::role::Role;
 pub use assembly::{Assembly, NodeRole, Roles};

@@ -3,7 +3,7 @@
 use lockstep::{Fault, Io, Layout, Node, Participant, Slice, Step};
 
 use super::{Role, Signals};
-use crate::config::{Problem, nearest};
+use crate::config::{Problem, did_you_mean};
 use crate::scenario::{FieldRange, Scenario};
 
 /// A participant whose outputs are compared with their ranges.
@@ -27,7 +27,7 @@ impl Participant for Ranged {
         self.inner.step(step, io)?;
         for check in &self.checks {
             let words = io.slice_mut(check.place);
-            // What is no number is told so by the check that follows this one everywhere.
+            // NaN and infinity are reported by the check that follows this one everywhere.
             let beyond = |word: &f64| *word < check.min || *word > check.max;
             if let Some(at) = words.iter().position(beyond) {
                 return Err(check.fault(at, words[at]));
@@ -73,7 +73,7 @@ pub(super) fn guard(
     if checks.is_empty() { inner } else { Box::new(Ranged { inner, checks }) }
 }
 
-/// What is wrong with the ranges of a scenario: those of topics or fields that nobody publishes.
+/// What is wrong with the ranges of a scenario: those of topics or fields that no participant publishes.
 pub(super) fn check(scenario: &Scenario, signals: &Signals) -> Vec<Problem> {
     scenario.ranges.iter().filter_map(|range| unknown(scenario, signals, range)).collect()
 }
@@ -81,10 +81,9 @@ pub(super) fn check(scenario: &Scenario, signals: &Signals) -> Vec<Problem> {
 fn unknown(scenario: &Scenario, signals: &Signals, range: &FieldRange) -> Option<Problem> {
     let FieldRange { topic, field, .. } = range;
     let problem = |message: String| Some(scenario.problem("ranges", format!("{topic}.{field}: {message}")));
-    let hint = |found: Option<&str>| found.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
     let Some(role) = Role::ALL.into_iter().find(|role| role.channel() == topic) else {
-        let near = hint(nearest(topic, Role::ALL.map(Role::channel)));
-        return problem(format!("expected a field of state, reference, estimate or command{near}"));
+        let hint = did_you_mean(topic, Role::ALL.map(Role::channel));
+        return problem(format!("expected a field of state, reference, estimate or command{hint}"));
     };
     let published = signals.ids.iter().zip(&signals.channels).filter(|(id, _)| id.is_some_and(|(by, _)| by == role));
     let layouts: Vec<&Layout> = published.map(|(_, channel)| &channel.layout).collect();
@@ -93,6 +92,6 @@ fn unknown(scenario: &Scenario, signals: &Signals, range: &FieldRange) -> Option
     }
     let mut names: Vec<&str> = layouts.iter().flat_map(|l| l.fields()).map(|field| field.name.as_str()).collect();
     names.dedup();
-    let near = hint(nearest(field, names));
-    problem(format!("the {role} of this scenario publishes no such field{near}"))
+    let hint = did_you_mean(field, names);
+    problem(format!("the {role} of this scenario publishes no such field{hint}"))
 }

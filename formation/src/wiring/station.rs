@@ -7,7 +7,7 @@ use lockstep::{Network, Node, Participant, Plan, Slice};
 
 use super::assembly::node_name;
 use super::components::read_component;
-use super::rest::{Bound, zeroed};
+use super::unbound::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems, read_text};
 use crate::scenario::{Context, Scenario, Selection};
@@ -114,8 +114,8 @@ pub fn pair(
         let bind = |at: usize| Bind::adopt(&signals, role, "own program", planned[at], &bound[at]);
         let (mut head, mut tail) = (bind(0), bind(1));
         let made = make(&scenario.context, agent, &mut head, &mut tail).map_err(|refusal| refusal.to_string())?;
-        let rest = planned.iter().zip(&bound).map(|(node, bound)| bound.rest(&signals, &node.outputs));
-        Ok(made.into_iter().zip(rest).map(|(participant, rest)| zeroed(participant, rest)).collect())
+        let unbound = planned.iter().zip(&bound).map(|(node, bound)| bound.unbound(&signals, &node.outputs));
+        Ok(made.into_iter().zip(unbound).map(|(participant, unbound)| zeroed(participant, unbound)).collect())
     }
 }
 
@@ -165,7 +165,7 @@ impl Station {
 
     /// The parts of its outputs that nothing was bound to so far.
     pub fn unbound(&self) -> Vec<Slice> {
-        self.bound.rest(&self.signals, &self.node.outputs)
+        self.bound.unbound(&self.signals, &self.node.outputs)
     }
 }
 

@@ -210,7 +210,7 @@ impl Body {
         let (position, orientation) = ([x, y, 0.0], [0.0, 0.0, yaw]);
         let message = Message::Pose(Pose { body: self.number, valid: pose.is_some(), position, orientation });
         if let Some(target) = self.poses {
-            // Nobody may be listening; cameras do not care.
+            // A camera sends whether a host listens or not.
             let _ = self.cameras.send_to(&message.frame(self.next, stamp).encode(), target);
         }
         self.next = self.next.wrapping_add(1);

@@ -196,10 +196,10 @@ impl Component for Laboratory {
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let ticks = self.ticks(context.timing.dt).unwrap_or(1);
-        let mut stations = Vec::new();
+        let mut robots = Vec::new();
         for &agent in agents {
             let robot = LaboratoryRobot::new(self, context, agent);
-            stations.push(Station {
+            robots.push(ObservedRobot {
                 seen: robot.pose(),
                 seen_at: 0,
                 robot,
@@ -207,59 +207,59 @@ impl Component for Laboratory {
                 outputs: published().bind(agent, bind)?,
             });
         }
-        Ok(Box::new(LaboratoryParticipant { stations, ticks, tick_ns: self.tick_ns() }))
+        Ok(Box::new(LaboratoryParticipant { robots, ticks, tick_ns: self.tick_ns() }))
     }
 }
 
-/// What the cameras tell of a robot in a step.
-struct Told {
+/// What the cameras report of a robot in a step.
+struct CameraReport {
     position: Vector3<f64>,
     /// Since the capture of the position, s.
     age: f64,
 }
 
-fn published() -> Outputs<Told> {
+fn published() -> Outputs<CameraReport> {
     Outputs::new()
-        .vector("position", "m, m, rad", |told: &Told| told.position)
-        .scalar("age", "s", |told| told.age)
+        .vector("position", "m, m, rad", |report: &CameraReport| report.position)
+        .scalar("age", "s", |report| report.age)
         .scalar("connected", "", |_| 1.0)
 }
 
 struct LaboratoryParticipant {
-    stations: Vec<Station>,
+    robots: Vec<ObservedRobot>,
     /// Ticks of a step.
     ticks: u64,
     /// Length of a tick, ns.
     tick_ns: u64,
 }
 
-/// A robot, and what the cameras told of it last.
-struct Station {
+/// A robot, and the last report of the cameras.
+struct ObservedRobot {
     robot: LaboratoryRobot,
     seen: [f64; 3],
     /// The tick of its capture.
     seen_at: u64,
     command: In<3>,
-    outputs: BoundOutputs<Told>,
+    outputs: BoundOutputs<CameraReport>,
 }
 
 impl Participant for LaboratoryParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Failing> {
-        for station in &mut self.stations {
+        for observed in &mut self.robots {
             if !step.is_first() {
-                station.robot.command(io.get(station.command));
-                (0..self.ticks).for_each(|_| station.robot.advance());
+                observed.robot.command(io.get(observed.command));
+                (0..self.ticks).for_each(|_| observed.robot.advance());
             }
             let mut fresh = false;
-            while let Some(sighting) = station.robot.take_sighting() {
+            while let Some(sighting) = observed.robot.take_sighting() {
                 if let Some(pose) = sighting.pose {
-                    (station.seen, station.seen_at, fresh) = (pose, sighting.captured, true);
+                    (observed.seen, observed.seen_at, fresh) = (pose, sighting.captured, true);
                 }
             }
-            let age = ((station.robot.tick() - station.seen_at) * self.tick_ns) as f64 / 1e9;
-            station.outputs.write(io, &Told { position: station.seen.into(), age });
+            let age = ((observed.robot.tick() - observed.seen_at) * self.tick_ns) as f64 / 1e9;
+            observed.outputs.write(io, &CameraReport { position: observed.seen.into(), age });
             if !fresh {
-                station.outputs.mark_held(io);
+                observed.outputs.mark_held(io);
             }
         }
         Ok(())

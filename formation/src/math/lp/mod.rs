@@ -1,6 +1,6 @@
 //! Regulation of an input beyond its limits by a linear program. Algorithm 3, (6.25) to (6.28)
 //!
-//! Clipping an input element by element may push a coupled vehicle where nobody asked it to go (the reverse effect). The
+//! Clipping an input element by element may push a coupled vehicle where no law asked it to go (the reverse effect). The
 //! regulated input does as much as possible of what was demanded of every coordinate, and never more nor the opposite:
 //! with `y = g ucom` and `σ_j = sign(y_j)`,
 //!

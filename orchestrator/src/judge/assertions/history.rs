@@ -1,4 +1,4 @@
-//! A signal over a whole run, for whoever shows it.
+//! A signal over a whole run, for figures.
 
 use formation::formula::Formula;
 use formation::wiring::Assembly;

@@ -1,4 +1,4 @@
-//! What a program in the place of a participant does not bind of the outputs that it finds there: it is zero at every step.
+//! Outputs that a program in the place of a participant does not bind: they are zero at every step.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,41 +16,41 @@ impl Bound {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(part);
     }
 
-    /// What is not bound of these outputs.
-    pub(super) fn rest(&self, signals: &Signals, outputs: &[ChannelId]) -> Vec<Slice> {
+    /// The parts of these outputs that are not bound.
+    pub(super) fn unbound(&self, signals: &Signals, outputs: &[ChannelId]) -> Vec<Slice> {
         let bound = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut rest = Vec::new();
+        let mut unbound = Vec::new();
         for (port, &output) in outputs.iter().enumerate() {
             let mut offset = 0;
             for field in signals.layout(output).fields() {
                 let length = field.shape.words();
                 // A field is bound as a whole or not at all.
                 if !bound.contains(&[port, offset, length]) {
-                    rest.push(Slice::new(port, offset, length));
+                    unbound.push(Slice::new(port, offset, length));
                 }
                 offset += length;
             }
         }
-        rest
+        unbound
     }
 }
 
 /// A participant that does not know all of its outputs.
 struct Partial {
     inner: Box<dyn Participant>,
-    rest: Vec<Slice>,
+    unbound: Vec<Slice>,
 }
 
 impl Participant for Partial {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        self.rest.iter().for_each(|part| io.slice_mut(*part).fill(0.0));
+        self.unbound.iter().for_each(|part| io.slice_mut(*part).fill(0.0));
         self.inner.step(step, io)
     }
 }
 
-/// The participant, with zeros in the `rest` of its outputs.
-pub(super) fn zeroed(inner: Box<dyn Participant>, rest: Vec<Slice>) -> Box<dyn Participant> {
-    if rest.is_empty() { inner } else { Box::new(Partial { inner, rest }) }
+/// The participant, with zeros in its `unbound` outputs.
+pub(super) fn zeroed(inner: Box<dyn Participant>, unbound: Vec<Slice>) -> Box<dyn Participant> {
+    if unbound.is_empty() { inner } else { Box::new(Partial { inner, unbound }) }
 }
 
 #[cfg(test)]
@@ -80,7 +80,7 @@ mod tests {
         bound.clone().add([0, 3, 1]);
         let ports = Ports { inputs: Vec::new(), outputs: vec![ChannelId(0)] };
         store.write(ChannelId(0), 0).fill(f64::NAN);
-        let mut participant = zeroed(Box::new(Nothing), bound.rest(&signals, &ports.outputs));
+        let mut participant = zeroed(Box::new(Nothing), bound.unbound(&signals, &ports.outputs));
         participant.step(&Step { index: 0, dt: 1.0 }, &mut Io::new(&mut store, &ports, 0)).unwrap();
         let finite: Vec<bool> = store.read(ChannelId(0), 0).iter().map(|word| word.is_finite()).collect();
         assert_eq!(finite, [false, false, true, false]);

@@ -7,14 +7,14 @@ use super::real::Real;
 /// The value of a function at an instant, and its limit and derivatives to the right. The two differ where it jumps: at t = 2,
 /// `sign(t-2)` is 0, and 1 to the right. So `sign(t-2)*(t-2)` has the slope 1 there, and not 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Germ {
+pub(super) struct OneSidedJet {
     /// The value at the instant.
     value: f64,
     /// The limit from the right, and the derivatives.
     right: Jet,
 }
 
-impl Germ {
+impl OneSidedJet {
     /// The value at the instant with the derivatives to the right.
     pub(super) fn jet(self) -> Jet {
         Jet { value: self.value, ..self.right }
@@ -26,7 +26,7 @@ impl Germ {
     }
 }
 
-impl From<Jet> for Germ {
+impl From<Jet> for OneSidedJet {
     fn from(right: Jet) -> Self {
         Self { value: right.value, right }
     }
@@ -34,7 +34,7 @@ impl From<Jet> for Germ {
 
 // A jet has the value that a plain number has, except in a jump, which only `sign` can have. So the value is computed again
 // only behind a jump.
-impl Real for Germ {
+impl Real for OneSidedJet {
     fn constant(value: f64) -> Self {
         Self { value, right: Jet::constant(value) }
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lockstep::Network;
 
-use crate::config::{Problem, nearest};
+use crate::config::{Problem, did_you_mean};
 use crate::scenario::Scenario;
 
 /// Sets the timing of the edges that `[edges]` names, such as `"observer_1 <- plant" = "delayed"`. A name without a number
@@ -72,8 +72,7 @@ impl Names {
     }
 
     fn unknown(&self, name: &str) -> String {
-        let names = self.ordered.iter().map(String::as_str);
-        let hint = nearest(name, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        let hint = did_you_mean(name, self.ordered.iter().map(String::as_str));
         format!("no participant is called `{name}`, expected one of {}{hint}", self.ordered.join(", "))
     }
 }
