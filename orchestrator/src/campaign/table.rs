@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Campaign, ClaimRow, JobResult, Selected};
 use crate::judge::verdict::{Row, Verdict, short};
+use crate::terminal::table::{Left, Right, Table};
 
 /// A metric of the thesis beside ours.
 struct Line<'a> {
@@ -26,12 +27,17 @@ impl Line<'_> {
     }
 }
 
-/// The headings of these cells with their widths in a terminal.
-fn columns(is_published: bool) -> &'static [(&'static str, usize)] {
-    match is_published {
-        true => &[("metric", 22), ("thesis", 22), ("ours", 12), ("ratio", 9), ("band", 24)],
-        false => &[("metric", 22), ("measured", 12), ("band", 24)],
-    }
+/// These metrics as a table.
+fn table_of(lines: &[Line], is_published: bool) -> Table {
+    let head = match is_published {
+        true => {
+            vec![("metric", Left), ("thesis", Right), ("ours", Right), ("ratio", Right), ("band", Right), ("", Left)]
+        }
+        false => vec![("metric", Left), ("measured", Right), ("band", Right), ("", Left)],
+    };
+    let mut table = Table::new(head).indented(4);
+    lines.iter().for_each(|line| table.row(line.cells(is_published)));
+    table
 }
 
 /// Whether published values of any metric are known.
@@ -107,19 +113,7 @@ pub fn as_text(campaign: &Campaign) -> String {
             if lines.is_empty() {
                 continue;
             }
-            let columns = columns(is_published);
-            let head = columns.iter().map(|(name, _)| name.to_string()).collect();
-            for cells in std::iter::once(head).chain(lines.iter().map(|line| line.cells(is_published))) {
-                text.push_str("    ");
-                for (index, cell) in cells.iter().enumerate() {
-                    let _ = match columns.get(index) {
-                        Some((_, width)) if index == 0 => write!(text, "{cell:<width$}"),
-                        Some((_, width)) => write!(text, "{cell:>width$}"),
-                        None => write!(text, "  {cell}"),
-                    };
-                }
-                text.push('\n');
-            }
+            text.push_str(&table_of(&lines, is_published).text(None));
         }
         for claim in campaign.claims.iter().filter(|claim| claim.scenario == scenario.name) {
             let verdict = if claim.holds { "holds " } else { "BROKEN" };
@@ -154,23 +148,20 @@ pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
                 text.push_str("No bands; the variant serves the claims below.\n");
                 continue;
             }
-            let head: Vec<&str> = columns(is_published).iter().map(|(name, _)| *name).collect();
-            let _ = writeln!(text, "| {} | |\n|{}", head.join(" | "), "---|".repeat(head.len() + 1));
-            for line in lines {
-                let cells: Vec<String> = line.cells(is_published).iter().map(|cell| cell.replace('|', "\\|")).collect();
-                let _ = writeln!(text, "| {} |", cells.join(" | "));
-            }
+            text.push_str(&table_of(&lines, is_published).markdown());
         }
         let claims: Vec<&ClaimRow> = campaign.claims.iter().filter(|claim| claim.scenario == scenario.name).collect();
-        if !claims.is_empty() {
-            text.push_str("\n### Claims\n\n| claim | check | values | |\n|---|---|---|---|\n");
+        if claims.is_empty() {
+            continue;
         }
+        let mut table = Table::new([("claim", Left), ("check", Left), ("values", Left), ("", Left)]);
         for claim in claims {
             let with = if claim.with.is_empty() { String::new() } else { format!(" with `{}`", claim.with.join(", ")) };
-            let condition = claim.condition.replace('`', "").replace('|', "\\|");
+            let check = format!("`{}`{with}", claim.condition.replace('`', ""));
             let verdict = if claim.holds { "holds" } else { "BROKEN" };
-            let _ = writeln!(text, "| {} | `{condition}`{with} | {} | {verdict} |", claim.text, sides(claim));
+            table.row([claim.text.clone(), check, sides(claim), verdict.into()]);
         }
+        text.push_str(&format!("\n### Claims\n\n{}", table.markdown()));
     }
     text
 }
@@ -228,7 +219,6 @@ mod tests {
             let result = JobResult { verdict: Some(verdict), stopped: None, findings, steps: 1, wall: 0.0 };
             let is_published = is_published(&[("", &result)]);
             let cells = lines(result.verdict.as_ref().unwrap())[0].cells(is_published);
-            assert_eq!(cells.len(), columns(is_published).len() + 1);
             cells.join(" ")
         };
         assert_eq!(line("<= 2"), "x <= 2 3 1.50 <= 4 ok");

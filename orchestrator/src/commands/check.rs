@@ -51,7 +51,7 @@ pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> 
         });
         println!("{summary}");
     } else {
-        print!("{}", verdict.table());
+        print!("{}", verdict.table(columns()));
         println!("\n{}", summary_line(&verdict));
         show_findings(&findings);
         show_players(&players);

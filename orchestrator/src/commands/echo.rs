@@ -1,12 +1,12 @@
 //! `phalanx echo`.
 
-use std::io::{BufWriter, ErrorKind, Write, stdout};
+use std::io::{ErrorKind, stdout};
 use std::path::PathBuf;
 
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::show::export::{Table, header, write_row};
+use crate::show::export::{Table, write_rows};
 use crate::show::view::{signals, topics};
 use recording::Log;
 
@@ -49,16 +49,11 @@ pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
         Some(time) => vec![sample_at(&log, time)?],
         None => (0..count).step_by(args.every as usize).collect(),
     };
-    let mut out = BufWriter::new(stdout().lock());
-    let written = (|| {
-        writeln!(out, "{}", header(&table, "\t"))?;
-        rows.iter().try_for_each(|&row| write_row(&mut out, &log, &table, row, "\t"))?;
-        out.flush()
-    })();
-    match written {
+    match write_rows(stdout().lock(), b'\t', &log, &table, rows) {
         // The reader has closed the pipe, as `head` does.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        other => other.map_err(Failure::system("write to the terminal")),
+        Err(error) => Err(Failure::system("write to the terminal")(error)),
+        Ok(_) => Ok(()),
     }
 }
 

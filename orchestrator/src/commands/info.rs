@@ -9,7 +9,8 @@ use serde_json::json;
 use super::check::players_json;
 use crate::failure::Failure;
 use crate::run::players::Player;
-use crate::terminal::{plain, program};
+use crate::terminal::table::{Left, Right, Table};
+use crate::terminal::{columns, plain, program};
 use recording::{Log, LogChannel, Unfinished};
 
 #[derive(Debug, Args)]
@@ -51,26 +52,27 @@ pub(crate) fn info(args: &InfoArgs) -> Result<(), Failure> {
         println!("{summary}");
         return Ok(());
     }
-    println!("{}", args.log.display());
+    let mut about = Table::new([("", Left), ("", Left)]).indented(2);
+    let mut tell = |name: &str, value: String| about.row([plain(name).into_owned(), value]);
     for (name, value) in log.metadata().into_iter().flatten() {
-        println!("  {:<10} {}", plain(name), plain(&value.replace('\n', ", ")));
+        tell(name, plain(&value.replace('\n', ", ")).into_owned());
     }
     for player in &players {
-        println!("  {:<10} by {}", plain(&player.participant), player.what());
+        tell(&player.participant, format!("by {}", player.what()));
     }
-    println!("  samples    {} steps, up to {duration} s", log.steps().end - log.steps().start);
-    println!(
-        "  file       {}",
-        match log.unfinished() {
-            None => "complete".into(),
-            Some(Unfinished::Growing) => "not closed yet: its run goes on".to_string(),
-            Some(Unfinished::Cut) => format!("{}; `{} recover` closes it", Unfinished::Cut, program()),
-        }
-    );
-    println!("\n{:<24} {:>9}  fields", "topic", "messages");
+    tell("samples", format!("{} steps, up to {duration} s", log.steps().end - log.steps().start));
+    let state = match log.unfinished() {
+        None => "complete".into(),
+        Some(Unfinished::Growing) => "not closed yet: its run goes on".to_string(),
+        Some(Unfinished::Cut) => format!("{}; `{} recover` closes it", Unfinished::Cut, program()),
+    };
+    tell("file", state);
+    let mut topics = Table::new([("topic", Left), ("messages", Right), ("fields", Left)]);
     for channel in log.channels() {
-        println!("{:<24} {:>9}  {}", plain(&channel.topic), channel.messages, fields(channel).join(" "));
+        topics.row([plain(&channel.topic).into_owned(), channel.messages.to_string(), fields(channel).join(" ")]);
     }
+    println!("{}", args.log.display());
+    print!("{}\n{}", about.text(columns()), topics.text(columns()));
     Ok(())
 }
 

@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::terminal;
+use crate::terminal::table::{Left, Table};
 
 #[derive(Debug, Args)]
 pub(crate) struct ListArgs {
@@ -25,6 +26,7 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
         return Ok(());
     }
     let mut entries = Vec::new();
+    let mut table = Table::new([("", Left), ("", Left)]);
     for shipped in &catalog.scenarios {
         let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default())?;
         let agents = scenario.context.agents.len();
@@ -35,15 +37,17 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
             }));
             continue;
         }
-        println!("{:<20} {} ({}{agents} agents)", scenario.name, scenario.title, section(&scenario.thesis));
+        let title = format!("{} ({}{agents} agents)", scenario.title, section(&scenario.thesis));
+        table.row([scenario.name, title]);
         if !scenario.variants.is_empty() {
-            println!("{:<20}   variants: {}", "", scenario.variants.join(", "));
+            table.row([String::new(), format!("variants: {}", scenario.variants.join(", "))]);
         }
     }
     if args.json {
         println!("{}", json!(entries));
     } else {
         let program = terminal::program();
+        print!("{}", table.text(terminal::columns()));
         println!("\nRun one with `{program} run NAME`, another variant with `{program} run NAME --variant VARIANT`.");
     }
     Ok(())
@@ -56,15 +60,16 @@ fn section(thesis: &str) -> String {
 fn list_components(catalog: &Catalog, as_json: bool) {
     let mut entries = Vec::new();
     for role in Role::ALL {
-        if !as_json {
-            println!("{role}");
-        }
+        let mut table = Table::new([("", Left), ("", Left)]).indented(2);
         for kind in catalog.roles.of(role) {
             if as_json {
                 entries.push(json!({"role": role.name(), "kind": kind.name, "summary": kind.summary}));
             } else {
-                println!("  {:<26} {}", kind.name, kind.summary);
+                table.row([kind.name, kind.summary].map(String::from));
             }
+        }
+        if !as_json {
+            print!("{role}\n{}", table.text(terminal::columns()));
         }
     }
     if as_json {

@@ -1,6 +1,6 @@
 //! `phalanx plot`.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,11 +9,11 @@ use crate::failure::Failure;
 use crate::judge::metrics::norm;
 use crate::show::drawing::{Drawing, Line};
 use crate::show::view::signals;
-use crate::terminal::plain;
+use crate::terminal::{plain, size_of};
 use recording::Log;
 
 /// Columns of an output that is not a terminal.
-const WIDTH: u16 = 100;
+const WIDTH: usize = 100;
 /// Lines that one can still tell apart.
 const LINES_MAX: usize = 24;
 
@@ -76,15 +76,13 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
         let hint = "name components, as in position[2], or ask for --norm";
         return Err(Failure::Usage(format!("that makes {} lines; {LINES_MAX} is the most; {hint}", lines.len())));
     }
-    let terminal = std::io::stdout().is_terminal();
-    let columns = args.width.or_else(|| terminal_size::terminal_size().map(|(width, _)| width.0)).unwrap_or(WIDTH);
+    let terminal = io::stdout().is_terminal();
+    // A pipe has no size, but the terminal that it ends in has.
+    let size = size_of(io::stdout()).or_else(|| size_of(io::stderr())).or_else(|| size_of(io::stdin()));
+    let columns = args.width.map(usize::from).or(size.map(|(columns, _)| columns)).unwrap_or(WIDTH);
     let coloured = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-    let drawing = Drawing {
-        columns: usize::from(columns.max(30)),
-        rows: usize::from(args.height),
-        logarithmic: args.log_scale,
-        coloured,
-    };
+    let drawing =
+        Drawing { columns: columns.max(30), rows: usize::from(args.height), logarithmic: args.log_scale, coloured };
     // Names of topics are escaped where they become labels.
     draw!("{}", drawing.draw(&times, &lines));
     Ok(())

@@ -23,7 +23,8 @@ use crate::run::players::Player;
 use crate::run::priority::Priority;
 use crate::run::robots::{self, Robots};
 use crate::run::swap::{Swap, node_called, own_program};
-use crate::terminal::plain;
+use crate::terminal::table::{Left, Right, Table};
+use crate::terminal::{columns, plain};
 use crate::trial::replay::{Departures, Outcome, Setup, rerun};
 use recording::Log;
 
@@ -190,8 +191,7 @@ fn text_of(node: &str, log: &Path, outcome: &Outcome) -> String {
         None => format!("equal: {node} gives all {numbers} numbers of {log} again, in {steps} steps"),
         Some(first) => format!(
             "different: {node} departs from {log} first at step {} (t = {} s), {} {}:\n  recorded {:e}, now {:e}, difference \
-             {:e}, {} ulp\n{differing_samples} of {samples} samples differ, {differing} of {numbers} numbers\n\n{:<44} {:>8} \
-             {:>20} {:>8}",
+             {:e}, {} ulp\n{differing_samples} of {samples} samples differ, {differing} of {numbers} numbers\n",
             first.step,
             first.time,
             first.topic,
@@ -200,15 +200,16 @@ fn text_of(node: &str, log: &Path, outcome: &Outcome) -> String {
             first.now,
             first.difference(),
             first.ulps(),
-            "field",
-            "differ",
-            "largest difference",
-            "at step"
         ),
     };
-    for field in departures.fields() {
-        let name = format!("{} {}", field.topic, field.field);
-        text.push_str(&format!("\n{name:<44} {:>8} {:>20.6e} {:>8}", field.differing, field.largest, field.step));
+    if !departures.is_equal() {
+        let mut table =
+            Table::new([("field", Left), ("differ", Right), ("largest difference", Right), ("at step", Right)]);
+        for field in departures.fields() {
+            let name = format!("{} {}", field.topic, field.field);
+            table.row([name, field.differing.to_string(), format!("{:.6e}", field.largest), field.step.to_string()]);
+        }
+        text.push_str(&format!("\n{}", table.text(columns()).trim_end()));
     }
     if let Some(log) = &outcome.log {
         text.push_str(&format!("\nlog: {}", log.path.display()));

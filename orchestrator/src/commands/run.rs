@@ -322,7 +322,7 @@ fn end_the_process(stop: &RunControl) {
 
 fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
     if let Some(verdict) = verdict.filter(|verdict| !verdict.rows.is_empty()) {
-        println!("{}", verdict.table());
+        println!("{}", verdict.table(columns()));
         println!("{}", summary_line(verdict));
     }
     show_findings(&outcome.findings);

@@ -1,6 +1,5 @@
 //! `phalanx top`.
 
-use std::fmt::Write;
 use std::io::IsTerminal;
 use std::thread;
 
@@ -10,6 +9,7 @@ use super::arguments::{RunName, wait_time};
 use super::select_run::choose;
 use crate::failure::Failure;
 use crate::run::control::{Request, Status, Unanswered, ask};
+use crate::run::profile::{Usage, usage_table};
 
 #[derive(Debug, Args)]
 pub(crate) struct TopArgs {
@@ -49,30 +49,20 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
 /// What happened between two looks.
 fn table(before: &Status, now: &Status) -> String {
     let (steps, wall) = (now.steps.saturating_sub(before.steps) as f64, (now.wall_s - before.wall_s).max(1e-9));
-    let mut text = format!(
-        "{}\n{:.0} steps/s, {:.2} x real time; waits for: {}\n\n{:<24} {:>12} {:>12} {:>12} {:>8}\n",
+    let rows = before.workers.iter().zip(&now.workers).map(|(old, new)| {
+        let gains = [new.compute_s - old.compute_s, new.waking_s - old.waking_s, new.waiting_s - old.waiting_s];
+        Usage {
+            participant: new.name.clone(),
+            per_step: gains.map(|gain| gain / steps.max(1.0) * 1e6),
+            last: new.last.saturating_sub(old.last) as f64 / new.runs.saturating_sub(old.runs).max(1) as f64,
+        }
+    });
+    format!(
+        "{}\n{:.0} steps/s, {:.2} x real time; waits for: {}\n\n{}",
         now.sentence(),
         steps / wall,
         (now.time - before.time) / wall,
         now.awaited.join(", "),
-        "participant",
-        "compute",
-        "wake-up",
-        "waiting",
-        "last"
-    );
-    for (old, new) in before.workers.iter().zip(&now.workers) {
-        let per_step = |gain: f64| gain / steps.max(1.0) * 1e6;
-        let runs = new.runs.saturating_sub(old.runs).max(1);
-        let _ = writeln!(
-            text,
-            "{:<24} {:>9.2} us {:>9.2} us {:>9.2} us {:>6.1} %",
-            new.name,
-            per_step(new.compute_s - old.compute_s),
-            per_step(new.waking_s - old.waking_s),
-            per_step(new.waiting_s - old.waiting_s),
-            100.0 * new.last.saturating_sub(old.last) as f64 / runs as f64
-        );
-    }
-    text
+        usage_table(rows)
+    )
 }

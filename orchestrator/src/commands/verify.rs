@@ -150,17 +150,19 @@ fn verify_scenario(catalog: &Catalog, scenario: &str, args: &VerifyArgs) -> Resu
     let reference = folder.path().join("reference.mcap");
     let basis = basis(&swaps);
     let expected = record(&assembly, &options(&swaps, basis, Some(reference.clone())))?;
+    let ways = ways(&assembly, args, &folder, &swaps)?;
+    let names = ways.iter().map(|way| way.name.as_str()).chain([basis.name()]);
+    let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
     if !args.json {
-        println!("{:<44} sha256 {}  reference", basis.name(), &expected[..16]);
+        println!("{:<width$}  sha256 {}  reference", basis.name(), &expected[..16]);
     }
     let busy = if args.stress { Busy::start(cores()?.len()) } else { Busy::start(0) };
     let mut different = Vec::new();
-    let ways = ways(&assembly, args, &folder, &swaps)?;
     for way in &ways {
         let digest = record(&assembly, &way.options)?;
         let equal = digest == expected;
         if !args.json {
-            println!("{:<44} sha256 {}  {}", way.name, &digest[..16], if equal { "equal" } else { "DIFFERENT" });
+            println!("{:<width$}  sha256 {}  {}", way.name, &digest[..16], if equal { "equal" } else { "DIFFERENT" });
         }
         if let Some(log) = way.options.log.as_deref().filter(|_| !equal) {
             let finding = sentence(&compare_files(&reference, log)?);

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::judge::JudgeError;
 use crate::judge::metrics::{Metric, MetricError, MetricSet, Run};
+use crate::terminal::table::{Left, Right, Table};
 use recording::Log;
 
 /// A metric with its band.
@@ -135,38 +136,22 @@ impl Verdict {
         self.rows.iter().filter(|row| row.ok == Some(false)).count()
     }
 
-    /// The table `metric | thesis | measured | band | ok`; without its second column if no published value is known.
-    pub fn table(&self) -> String {
+    /// The table `metric | thesis | measured | band | ok` for a terminal of so many columns, or as wide as it is; without its
+    /// second column if no published value is known.
+    pub fn table(&self, columns: Option<usize>) -> String {
         let held = self.not_held.is_none();
-        let mut cells: Vec<Vec<String>> = self.rows.iter().map(|row| cells(row, held).into()).collect();
-        let mut head = ["metric", "thesis", "measured", "band", "ok"].map(String::from).to_vec();
-        if self.rows.iter().all(|row| row.expectation.thesis.is_empty()) {
-            cells.iter_mut().chain([&mut head]).for_each(|line| drop(line.remove(1)));
-        }
-        let mut widths = vec![0; head.len()];
-        for row in std::iter::once(&head).chain(&cells) {
-            for (width, cell) in widths.iter_mut().zip(row) {
-                *width = (*width).max(cell.chars().count());
+        let is_published = self.rows.iter().any(|row| !row.expectation.thesis.is_empty());
+        let mut head = vec![("metric", Left), ("thesis", Right), ("measured", Right), ("band", Right), ("ok", Right)];
+        head.retain(|(heading, _)| is_published || *heading != "thesis");
+        let mut table = Table::new(head).ruled();
+        for row in &self.rows {
+            let [metric, thesis, measured, band, ok] = cells(row, held);
+            match is_published {
+                true => table.row([metric, thesis, measured, band, ok]),
+                false => table.row([metric, measured, band, ok]),
             }
         }
-        let mut text = String::new();
-        for (index, row) in std::iter::once(&head).chain(&cells).enumerate() {
-            let mut line = String::new();
-            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                let pad = " ".repeat(width - cell.chars().count());
-                match column {
-                    0 => line.push_str(&format!("{cell}{pad}")),
-                    _ => line.push_str(&format!("  {pad}{cell}")),
-                }
-            }
-            text.push_str(line.trim_end());
-            text.push('\n');
-            if index == 0 {
-                text.push_str(&"-".repeat(line.chars().count()));
-                text.push('\n');
-            }
-        }
-        text
+        table.text(columns)
     }
 
     /// The metrics as JSON: `{id: {value, thesis, lo, hi, ok}}`.
@@ -262,7 +247,7 @@ mod tests {
         let verdict = Verdict { rows: vec![row(1.0), row(f64::NAN)], not_held: None };
         assert!(!verdict.ok());
         assert_eq!(verdict.missed(), 1);
-        let table = verdict.table();
+        let table = verdict.table(None);
         assert!(table.contains("MISSED") && table.contains("thesis") && table.lines().count() == 4, "{table}");
         assert_eq!(verdict.to_json()["x"]["value"], Value::Null);
     }
@@ -276,8 +261,8 @@ mod tests {
         let other =
             verdict.not_held_since(Some("overridden: phase=1".into())).not_held_since(Some("interrupted".into()));
         assert_eq!(other.not_held.as_deref(), Some("overridden: phase=1; interrupted"));
-        assert!(other.ok() && other.missed() == 1 && other.table().contains("not held"), "{}", other.table());
-        assert!(!other.table().contains("thesis"), "no published value is known: {}", other.table());
+        assert!(other.ok() && other.missed() == 1 && other.table(None).contains("not held"), "{}", other.table(None));
+        assert!(!other.table(None).contains("thesis"), "no published value is known: {}", other.table(None));
         assert!(!other.strict().ok());
     }
 }

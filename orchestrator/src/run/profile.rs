@@ -9,28 +9,42 @@ use lockstep::Plan;
 use processes::{Snapshot, Statistics};
 
 use crate::files::OutFile;
+use crate::terminal::columns;
+use crate::terminal::table::{Left, Right, Table};
 
 /// Last runs of every process that go into a trace.
 pub const TRACED_RUNS: u32 = 2000;
+
+/// Where the time of one process went.
+pub(crate) struct Usage {
+    pub(crate) participant: String,
+    /// Computing, waking up and waiting in a step, us.
+    pub(crate) per_step: [f64; 3],
+    /// In which share of its runs the others waited for it, 0 to 1.
+    pub(crate) last: f64,
+}
+
+/// A line for each process.
+pub(crate) fn usage_table(rows: impl Iterator<Item = Usage>) -> String {
+    let head = [("participant", Left), ("compute", Right), ("wake-up", Right), ("waiting", Right), ("last", Right)];
+    let mut table = Table::new(head);
+    for Usage { participant, per_step, last } in rows {
+        let [compute, waking, waiting] = per_step.map(|time| format!("{time:.2} us"));
+        table.row([participant, compute, waking, waiting, format!("{:.1} %", 100.0 * last)]);
+    }
+    table.text(columns())
+}
 
 /// The table of a run that took `wall` seconds.
 pub fn table(snapshot: &Snapshot, wall: f64) -> String {
     let steps = snapshot.completed.max(1) as f64;
     let per_step = |time: Duration| time.as_secs_f64() / steps * 1e6;
-    let width = snapshot.workers.iter().map(|worker| worker.name.len()).max().unwrap_or(0).max("participant".len());
-    let mut text =
-        format!("{:<width$}  {:>10}  {:>10}  {:>10}  {:>8}\n", "participant", "compute", "wake-up", "waiting", "last");
-    for worker in &snapshot.workers {
-        let last = 100.0 * worker.last as f64 / worker.runs.max(1) as f64;
-        let _ = writeln!(
-            text,
-            "{:<width$}  {:>7.2} us  {:>7.2} us  {:>7.2} us  {last:>6.1} %",
-            worker.name,
-            per_step(worker.compute),
-            per_step(worker.waking),
-            per_step(worker.waiting),
-        );
-    }
+    let rows = snapshot.workers.iter().map(|worker| Usage {
+        participant: worker.name.clone(),
+        per_step: [worker.compute, worker.waking, worker.waiting].map(per_step),
+        last: worker.last as f64 / worker.runs.max(1) as f64,
+    });
+    let mut text = usage_table(rows);
     let phases: Vec<String> = snapshot.phases.iter().map(|phase| format!("{:.2}", per_step(phase.lasted))).collect();
     let path: f64 = snapshot.phases.iter().map(|phase| per_step(phase.lasted)).sum();
     let _ = writeln!(

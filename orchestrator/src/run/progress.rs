@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use processes::console;
 
-use crate::terminal::is_ours;
+use crate::terminal::{is_ours, size_of};
 
 /// Time between two plain lines.
 const LINE_EVERY: Duration = Duration::from_secs(5);
@@ -87,7 +87,7 @@ impl Progress {
 
     /// The bar and its text, on one line of the terminal.
     fn bar(&self, step: u64, now: Instant) -> String {
-        let columns = terminal_size::terminal_size_of(io::stderr()).map_or(COLUMNS, |(width, _)| width.0.into());
+        let columns = size_of(io::stderr()).map_or(COLUMNS, |(columns, _)| columns);
         let full = (BAR as u64 * step / self.periods.max(1)) as usize;
         let bar: String = (0..BAR).map(|place| if place < full { '█' } else { '░' }).collect();
         let line: String = format!("{bar} {}", self.text(step, now)).chars().take(columns.saturating_sub(1)).collect();

@@ -14,6 +14,7 @@ use hardware::settings::Settings;
 
 use crate::failure::Failure;
 use crate::recorded::RecordedSamples;
+use crate::terminal::quoted;
 
 /// What stands before the log that a participant is to be played from.
 const REPLAY: &str = "replay:";
@@ -267,7 +268,7 @@ impl Player {
                 Ok(Self::Log(path.into()))
             };
         }
-        let words = split_words(text)?;
+        let words = shlex::split(text).ok_or("a quotation mark is not closed, or nothing follows a backslash")?;
         if words.is_empty() {
             return Err("the command is empty".into());
         }
@@ -349,38 +350,6 @@ impl Display for Swap {
             Player::Robot(RobotSwap::Emulated(_)) => write!(f, "an emulator"),
         }
     }
-}
-
-/// A word as [`split_words`] and a shell read it.
-fn quoted(word: &str) -> String {
-    let is_bare = |c: char| c.is_ascii_alphanumeric() || "-_./:=+,@%".contains(c);
-    if !word.is_empty() && word.chars().all(is_bare) {
-        return word.into();
-    }
-    format!("'{}'", word.replace('\'', "'\"'\"'"))
-}
-
-/// Splits a command into words as a shell does: at spaces, except within quotes.
-fn split_words(text: &str) -> Result<Vec<String>, String> {
-    let mut words = Vec::new();
-    let mut word: Option<String> = None;
-    let mut quote: Option<char> = None;
-    for character in text.chars() {
-        match (quote, character) {
-            (Some(open), _) if open == character => quote = None,
-            (None, '"' | '\'') => {
-                quote = Some(character);
-                word.get_or_insert_default();
-            }
-            (None, space) if space.is_whitespace() => words.extend(word.take()),
-            _ => word.get_or_insert_default().push(character),
-        }
-    }
-    if quote.is_some() {
-        return Err("a quotation mark is not closed".into());
-    }
-    words.extend(word);
-    Ok(words)
 }
 
 #[cfg(test)]

@@ -2,17 +2,17 @@
 
 #[macro_use]
 pub(crate) mod printing;
+pub(crate) mod table;
 
 pub(crate) use printing::plain;
 
-use std::io::IsTerminal;
 use std::os::fd::AsFd;
 use std::path::Path;
 use std::sync::OnceLock;
 
 use rustix::io::Errno;
 use rustix::process::getpgrp;
-use rustix::termios::tcgetpgrp;
+use rustix::termios::{tcgetpgrp, tcgetwinsize};
 
 /// How the program was called, without its folder.
 static PROGRAM: OnceLock<String> = OnceLock::new();
@@ -36,10 +36,15 @@ pub(crate) fn in_own_name(message: &str) -> String {
     message.replace("`phalanx ", &format!("`{} ", program()))
 }
 
-/// Columns of the terminal that stdout is; `None` if it is none, where lines may be as long as they are.
+/// Columns and rows of a terminal; `None` if it is not one or does not know its size.
+pub(crate) fn size_of(terminal: impl AsFd) -> Option<(usize, usize)> {
+    let size = tcgetwinsize(terminal).ok()?;
+    (size.ws_col > 0 && size.ws_row > 0).then_some((size.ws_col.into(), size.ws_row.into()))
+}
+
+/// Columns of the terminal that stdout is; `None` if stdout is not a terminal, so that lines may be as long as they are.
 pub(crate) fn columns() -> Option<usize> {
-    let known = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
-    std::io::stdout().is_terminal().then(known).flatten().filter(|columns| *columns > 0)
+    size_of(std::io::stdout()).map(|(columns, _)| columns)
 }
 
 /// Whether a terminal is this process's to use: that of the foreground job, or one that has no jobs.

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Assertion, Severity, Signal};
 use crate::judge::verdict::short;
+use crate::terminal::table::{Left, Right, Table};
 
 /// A value at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -258,23 +259,11 @@ impl Findings {
         if self.0.is_empty() {
             return String::new();
         }
-        let head = ["assertion", "bound", "worst", ""].map(String::from);
-        let row = |f: &Finding| [f.name.clone(), f.bound(), f.worst(), f.word().to_string()];
-        let rows: Vec<[String; 4]> = std::iter::once(head).chain(self.0.iter().map(row)).collect();
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths = [width(0), width(1), width(2)];
-        let mut text = String::new();
-        for (index, [name, bound, worst, word]) in rows.iter().enumerate() {
-            let [a, b, c] = widths;
-            let line = format!("{name:<a$}  {bound:>b$}  {worst:<c$}  {word}");
-            text.push_str(line.trim_end());
-            text.push('\n');
-            if index == 0 {
-                text.push_str(&"-".repeat(a + b + c + 14));
-                text.push('\n');
-            }
+        let mut table = Table::new([("assertion", Left), ("bound", Right), ("worst", Left), ("", Left)]).ruled();
+        for finding in &self.0 {
+            table.row([finding.name.clone(), finding.bound(), finding.worst(), finding.word().to_string()]);
         }
-        text
+        table.text(None)
     }
 
     /// For programs.

@@ -6,11 +6,10 @@ mod npz;
 mod parquet;
 mod table;
 mod thrift;
-mod zip;
 
 use clap::ValueEnum;
 use csv::names;
-pub(crate) use csv::{header, write_csv, write_row};
+pub(crate) use csv::{write_csv, write_rows};
 pub(crate) use mat::write_mat;
 pub(crate) use npz::write_npz;
 pub(crate) use parquet::write_parquet;

@@ -1,20 +1,25 @@
-//! NumPy archives: a zip file with an array in each member.
+//! NumPy archives: a zip file with an array in each member, not compressed, as NumPy itself writes it.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 
-use super::zip::Archive;
+use rawzip::{ErrorKind, ZipArchiveWriter};
+
 use super::{Column, Table};
 use crate::files::OutFile;
 use recording::Log;
 
 /// Writes `t`, `step` and one array per field, a row for every `every`-th sample.
+///
+/// # Errors
+/// What the operating system reports.
 pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) -> io::Result<()> {
     let samples: Vec<usize> = (0..log.times().len()).step_by(every).collect();
-    let mut archive = Archive::new(OutFile::create(path)?);
-    // `put(sample)` gives the bytes of a row.
+    let rows = samples.len();
+    let mut archive = ZipArchiveWriter::new(OutFile::create(path)?);
+    // `put(sample, row)` appends the bytes of a row.
     let mut member = |name: &str, kind: &str, shape: &[usize], put: &dyn Fn(usize, &mut Vec<u8>)| {
-        archive.add(&format!("{name}.npy"), &|out| {
+        add_member(&mut archive, &format!("{name}.npy"), |out| {
             out.write_all(&preamble(kind, shape))?;
             let mut row = Vec::new();
             samples.iter().try_for_each(|&sample| {
@@ -24,7 +29,6 @@ pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) 
             })
         })
     };
-    let rows = samples.len();
     member("t", "<f8", &[rows], &|sample, row| row.extend((log.times()[sample] as f64 / 1e9).to_le_bytes()))?;
     member("step", "<u8", &[rows], &|sample, row| row.extend((log.steps().start + sample as u64).to_le_bytes()))?;
     for table in tables {
@@ -35,10 +39,32 @@ pub(crate) fn write_npz(path: &Path, log: &Log, tables: &[Table], every: usize) 
             })?;
         }
     }
-    archive.finish()?.commit()
+    archive.finish().map_err(io_error)?.commit()
 }
 
-/// What stands before the values of an array, in version 1.0 of the format.
+/// Appends a member. It has no date, so that equal content is equal bytes.
+fn add_member<W: Write>(
+    archive: &mut ZipArchiveWriter<W>,
+    name: &str,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let (mut entry, config) = archive.new_file(name).start().map_err(io_error)?;
+    let mut content = config.wrap(&mut entry);
+    write(&mut content)?;
+    // Length and checksum follow the content, so that it need not be known before.
+    let (_, descriptor) = content.finish().map_err(io_error)?;
+    entry.finish(descriptor).map_err(io_error)?;
+    Ok(())
+}
+
+fn io_error(error: rawzip::Error) -> io::Error {
+    match error.into_kind() {
+        ErrorKind::IO(error) => error,
+        kind => io::Error::other(rawzip::Error::from(kind)),
+    }
+}
+
+/// The header of an array, in version 1.0 of the format.
 fn preamble(kind: &str, shape: &[usize]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
     let mut lengths: String = shape.iter().map(|length| format!("{length},")).collect();
@@ -68,5 +94,24 @@ mod tests {
         }
         let text = String::from_utf8_lossy(&preamble("<f8", &[3])).into_owned();
         assert!(text.contains("'shape': (3,)"), "{text}");
+    }
+
+    #[test]
+    fn errors_of_the_file_stay_what_they_are() {
+        /// A disk without space.
+        struct Full;
+
+        impl Write for Full {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::StorageFull.into())
+            }
+
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+
+        let error = add_member(&mut ZipArchiveWriter::new(Full), "t.npy", |out| out.write_all(b"1")).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::sparkline::{range, sparkline};
 use super::{Pulse, Spectator};
-use crate::terminal::plain;
+use crate::terminal::{plain, size_of};
 
 /// Time between two screens, and between two plain lines.
 const SCREEN_EVERY: Duration = Duration::from_millis(250);
@@ -62,9 +62,8 @@ impl Screen {
         let (text, every) = match &self.terminal {
             None => (format!("{}\n", plain(&self.line(pulse))), LINE_EVERY),
             Some(terminal) => {
-                let size = terminal_size::terminal_size_of(std::io::stdout());
-                let (width, height) = size.map_or((80, 24), |(width, height)| (width.0, height.0));
-                let lines = self.lines(pulse, terminal, width.into(), height.into());
+                let (width, height) = size_of(std::io::stdout()).unwrap_or((80, 24));
+                let lines = self.lines(pulse, terminal, width, height);
                 let lines: Vec<String> = lines.iter().map(|line| format!("{line}\x1b[K")).collect();
                 (format!("\x1b[H{}\x1b[J", lines.join("\r\n")), SCREEN_EVERY)
             }
