@@ -14,7 +14,7 @@ use orchestrator::cli::Cli;
 use orchestrator::judge::claims::Claims;
 use orchestrator::run::swap::Swap;
 use orchestrator::show::report;
-use orchestrator::show::view::Subject;
+use orchestrator::show::view::LoggedRun;
 use recording::recover;
 use schemes::{ROLES, SCENARIOS};
 
@@ -56,9 +56,9 @@ pub fn log(data: &[u8]) {
     let folder = Scratch::new("log");
     let (path, out) = (folder.0.join("a.mcap"), folder.0.join("b.mcap"));
     fs::write(&path, data).expect("a file");
-    match Subject::open(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS), &path) {
-        Ok(subject) => {
-            let _ = report::html(&[subject]);
+    match LoggedRun::open(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS), &path) {
+        Ok(run) => {
+            let _ = report::html(&[run]);
         }
         Err(failure) => shown(&failure),
     }

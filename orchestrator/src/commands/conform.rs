@@ -16,7 +16,7 @@ use crate::run::pinning::Pin;
 use crate::run::placement::Placement;
 use crate::run::swap::{node_called, program_problem};
 use crate::run::{Options, run};
-use crate::trial::conform::{Demands, Range, Report, Verdict, conform as try_all, supervise as watch};
+use crate::trial::conform::{ConformanceTest, Range, Report, Verdict, conform as try_all, supervise as watch};
 
 #[derive(Debug, Args)]
 pub(crate) struct ConformArgs {
@@ -74,7 +74,7 @@ pub(crate) fn conform(catalog: &Catalog, args: &ConformArgs) -> Result<(), Failu
     }
     let recorded = Recorded::of(args, &assembly)?;
     let affinity = Pin::Auto.take()?;
-    let report = try_all(&Demands {
+    let report = try_all(&ConformanceTest {
         assembly: &assembly,
         log: &recorded.path,
         node,
@@ -160,31 +160,37 @@ impl Recorded {
 
 fn text_of(node: &str, report: &Report) -> String {
     let mut text = String::new();
-    for point in &report.points {
-        text.push_str(&format!("{}  {:<9} {}: {}\n", point.verdict.word(), point.name, point.demand, point.finding));
-        if !point.advice.is_empty() {
-            text.push_str(&format!("                what to do: {}\n", point.advice));
+    for check in &report.checks {
+        text.push_str(&format!(
+            "{}  {:<9} {}: {}\n",
+            check.verdict.word(),
+            check.name,
+            check.requirement,
+            check.finding
+        ));
+        if !check.advice.is_empty() {
+            text.push_str(&format!("                what to do: {}\n", check.advice));
         }
     }
-    let broken = report.points.iter().filter(|point| point.verdict == Verdict::Fail).count();
+    let broken = report.checks.iter().filter(|check| check.verdict == Verdict::Fail).count();
     text.push_str(&match report.ok() {
         true => format!("It can take the place of {node}.\n"),
         false if broken == 0 => {
             format!("Whether it can take the place of {node} is not known: not all points were tried.\n")
         }
         false => {
-            format!("It cannot take the place of {node}: {broken} of {} points are broken.\n", report.points.len())
+            format!("It cannot take the place of {node}: {broken} of {} points are broken.\n", report.checks.len())
         }
     });
     text
 }
 
 fn to_json(node: &str, report: &Report) -> serde_json::Value {
-    let points = report.points.iter().map(|point| {
-        let verdict = point.verdict.word().to_lowercase().replace("----", "untried");
+    let checks = report.checks.iter().map(|check| {
+        let verdict = check.verdict.word().to_lowercase().replace("----", "untried");
         json!({
-            "name": point.name, "verdict": verdict, "demand": point.demand, "finding": point.finding, "advice": point.advice,
+            "name": check.name, "verdict": verdict, "demand": check.requirement, "finding": check.finding, "advice": check.advice,
         })
     });
-    json!({"node": node, "ok": report.ok(), "points": points.collect::<Vec<_>>()})
+    json!({"node": node, "ok": report.ok(), "points": checks.collect::<Vec<_>>()})
 }

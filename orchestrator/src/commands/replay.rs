@@ -25,7 +25,7 @@ use crate::run::robots::{self, Robots};
 use crate::run::swap::{Swap, node_called, own_program};
 use crate::terminal::table::{Left, Right, Table};
 use crate::terminal::{columns, plain};
-use crate::trial::replay::{Departures, Outcome, Setup, rerun};
+use crate::trial::replay::{Departures, Outcome, ReplaySetup, rerun};
 use recording::Log;
 
 /// What asks for the component of Phalanx where a log names another player.
@@ -83,7 +83,7 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
         files::spare(out, swap.iter().flat_map(Swap::inputs).chain([args.log.clone()]))?;
     }
     let affinity = Pin::Auto.take()?;
-    let setup = Setup {
+    let setup = ReplaySetup {
         assembly: &assembly,
         network: &assembly.network,
         log: &args.log,

@@ -8,7 +8,7 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
 use crate::show::figures::FigureFormat;
-use crate::show::view::Subject;
+use crate::show::view::LoggedRun;
 use crate::show::{figures, report};
 use crate::terminal::program;
 
@@ -35,24 +35,24 @@ pub(crate) struct ReportArgs {
 }
 
 pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure> {
-    let subjects = args.logs.iter().map(|log| Subject::open(catalog, log)).collect::<Result<Vec<_>, _>>()?;
+    let runs = args.logs.iter().map(|log| LoggedRun::open(catalog, log)).collect::<Result<Vec<_>, _>>()?;
     if let Some(folder) = &args.figures {
-        return write_figures(catalog, &subjects, folder, args.format);
+        return write_figures(catalog, &runs, folder, args.format);
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.logs));
     files::spare(&out, &args.logs)?;
-    let html = report::html(&subjects);
+    let html = report::html(&runs);
     files::write(&out, &html).map_err(Failure::system(format!("write the report {}", out.display())))?;
     println!("{} ({:.1} MB): open it in a browser, it needs nothing else.", out.display(), html.len() as f64 / 1e6);
     Ok(())
 }
 
-fn write_figures(catalog: &Catalog, subjects: &[Subject], folder: &Path, format: FigureFormat) -> Result<(), Failure> {
-    let (mut written, missing) = figures::write_published(catalog, subjects, folder, format)?;
-    for subject in subjects {
+fn write_figures(catalog: &Catalog, runs: &[LoggedRun], folder: &Path, format: FigureFormat) -> Result<(), Failure> {
+    let (mut written, missing) = figures::write_published(catalog, runs, folder, format)?;
+    for run in runs {
         // Plots of one run must not replace those of another.
-        let mark = if subjects.len() > 1 { subject.stem() } else { String::new() };
-        written.extend(figures::write(subject, folder, &mark, format)?);
+        let mark = if runs.len() > 1 { run.stem() } else { String::new() };
+        written.extend(figures::write(run, folder, &mark, format)?);
     }
     for path in written {
         println!("{}", path.display());

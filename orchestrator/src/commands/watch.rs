@@ -17,7 +17,7 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::run::control::{Request, State, Status, ask};
 use crate::show::report;
-use crate::show::watch::{Pulse, Screen, Spectator, Web};
+use crate::show::watch::{LiveStatus, RunMonitor, Screen, Web};
 use crate::terminal::program;
 
 /// Time between two frames: 30 a second.
@@ -65,9 +65,9 @@ pub(crate) fn watch(catalog: &Catalog, args: &WatchArgs) -> Result<(), Failure> 
              --placement processes or agents, or make a report of its log"
         )));
     }
-    let spectator = if single { None } else { Some(Spectator::join(catalog, &run)?) };
-    let web = match &spectator {
-        Some(spectator) if args.web => Some(Web::start(args.port, spectator.history(), spectator.duration)?),
+    let monitor = if single { None } else { Some(RunMonitor::join(catalog, &run)?) };
+    let web = match &monitor {
+        Some(monitor) if args.web => Some(Web::start(args.port, monitor.history(), monitor.duration)?),
         _ => None,
     };
     if let Some(web) = &web {
@@ -76,7 +76,7 @@ pub(crate) fn watch(catalog: &Catalog, args: &WatchArgs) -> Result<(), Failure> 
             open(&web.url());
         }
     }
-    let mut view = View { run, spectator, web, status, told: None };
+    let mut view = View { run, monitor, web, status, told: None };
     let over = view.follow(&leave);
     view.conclude(over, &leave);
     Ok(())
@@ -114,12 +114,12 @@ fn find(name: Option<&str>, leave: &AtomicBool) -> Result<Option<(String, Status
 
 struct View {
     run: String,
-    spectator: Option<Spectator>,
+    monitor: Option<RunMonitor>,
     web: Option<Web>,
     /// The last answer of the run.
     status: Status,
     /// How the run went between the last two answers.
-    told: Option<Pulse>,
+    told: Option<LiveStatus>,
 }
 
 impl View {
@@ -139,8 +139,8 @@ impl View {
             if start >= question {
                 self.ask();
                 question = start + QUESTION;
-                if let Some(pulse) = self.told.as_ref().filter(|_| screen.is_due()) {
-                    screen.show(pulse);
+                if let Some(status) = self.told.as_ref().filter(|_| screen.is_due()) {
+                    screen.show(status);
                 }
             }
             thread::sleep(FRAME.saturating_sub(start.elapsed()));
@@ -149,19 +149,19 @@ impl View {
     }
 
     fn is_over(&self) -> bool {
-        match &self.spectator {
-            Some(spectator) => spectator.is_over(),
+        match &self.monitor {
+            Some(monitor) => monitor.is_over(),
             None => !RunDirectory::list().is_ok_and(|runs| runs.contains(&self.run)),
         }
     }
 
     fn look(&mut self, screen: &mut Screen) {
-        let Some(spectator) = self.spectator.as_mut() else { return };
-        if !spectator.look() {
+        let Some(monitor) = self.monitor.as_mut() else { return };
+        if !monitor.look() {
             return;
         }
-        screen.note(spectator);
-        if let (Some(web), Some(now)) = (&self.web, spectator.now())
+        screen.note(monitor);
+        if let (Some(web), Some(now)) = (&self.web, monitor.now())
             && web.is_watched()
         {
             web.send("frame", &report::frame(now));
@@ -171,20 +171,20 @@ impl View {
     fn ask(&mut self) {
         // A run that does not answer is about to end, or busy; the next question will tell.
         let Ok(now) = ask(&self.run, &Request::Status) else { return };
-        let pulse = Pulse::of(Some(&self.status), &now);
+        let status = LiveStatus::of(Some(&self.status), &now);
         if let Some(web) = &self.web {
-            let waiting = pulse.waiting();
-            let text = if waiting.is_empty() { pulse.sentence() } else { format!("{}; {waiting}", pulse.sentence()) };
+            let waiting = status.waiting();
+            let text = if waiting.is_empty() { status.sentence() } else { format!("{}; {waiting}", status.sentence()) };
             web.send("status", &json!({ "text": text }));
         }
-        self.told = Some(pulse);
+        self.told = Some(status);
         self.status = now;
     }
 
     /// Says how it ended, in the terminal and to the browsers.
     fn conclude(&self, over: bool, leave: &AtomicBool) {
         let Status { dt, of, .. } = self.status;
-        let seen = self.spectator.as_ref().and_then(Spectator::newest);
+        let seen = self.monitor.as_ref().and_then(RunMonitor::newest);
         let text = match (over, seen) {
             (false, _) => format!("Left; the run {} goes on.", self.run),
             (_, Some(step)) if step + 1 == of => format!("The run {} is over: all {of} steps are done.", self.run),
@@ -196,7 +196,7 @@ impl View {
         };
         println!("{text}");
         let Some(web) = &self.web else { return };
-        let last = self.spectator.as_ref().and_then(Spectator::now).map(report::frame);
+        let last = self.monitor.as_ref().and_then(RunMonitor::now).map(report::frame);
         if web.end(&text, last) || !over {
             return;
         }

@@ -1,4 +1,4 @@
-//! The terminal: whose it is, how much room there is on it, and printing that survives a closed one.
+//! The terminal: which job has it, its size, tables, and printing that survives a closed terminal.
 
 #[macro_use]
 pub(crate) mod printing;

@@ -1,5 +1,5 @@
-//! What this program prints: `println!`, `print!` and `eprintln!` that do not panic, as those of the standard library do, when the
-//! terminal was closed or nobody reads any more. A run has to end in order then, too.
+//! What this program prints: `println!`, `print!` and `eprintln!` that, unlike those of the standard library, do not panic when the
+//! terminal or the pipe is closed: a run has to end in order then, too.
 
 use std::borrow::Cow;
 use std::fmt::Arguments;
@@ -37,7 +37,7 @@ macro_rules! draw {
     ($($text:tt)*) => { $crate::terminal::printing::draw(format_args!($($text)*)) };
 }
 
-/// Prints what was asked for. When whoever reads it has gone, as `head` does, the program ends without a word, like any other.
+/// Prints a result. If the reader has closed the pipe, as `head` does, the program ends without a message, like other programs.
 pub(crate) fn print(text: Arguments, end: &str) {
     // What was said before it stands before it.
     settle();
@@ -63,7 +63,7 @@ pub(crate) fn finish() -> Option<&'static io::Error> {
     UNWRITTEN.get()
 }
 
-/// Prints a message on stderr. If that is closed, nobody can be told, and nothing else changes.
+/// Prints a message on stderr. If stderr is closed, the message is lost and the program continues.
 pub(crate) fn complain(text: Arguments) {
     console::say(format!("{}\n", readable(&text.to_string())).as_bytes());
 }

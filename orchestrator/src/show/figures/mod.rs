@@ -18,7 +18,7 @@ use clap::ValueEnum;
 use kuva::render::render::Scene;
 
 use crate::failure::Failure;
-use crate::show::view::{Curve, Grid, Kind, Panel, Subject, View, panels};
+use crate::show::view::{Curve, Grid, Kind, LoggedRun, Panel, View, panels};
 use file::store;
 pub(crate) use published::{Missing, write as write_published};
 use sheet::{Line, Plot};
@@ -48,42 +48,36 @@ const ROWS: usize = 4;
 ///
 /// # Errors
 /// [`Failure::System`] if a file cannot be written.
-pub(crate) fn write(
-    subject: &Subject,
-    folder: &Path,
-    mark: &str,
-    format: FigureFormat,
-) -> Result<Vec<PathBuf>, Failure> {
-    let prefix = prefix(subject, mark);
+pub(crate) fn write(run: &LoggedRun, folder: &Path, mark: &str, format: FigureFormat) -> Result<Vec<PathBuf>, Failure> {
+    let prefix = prefix(run, mark);
     let mut written = Vec::new();
     let mut store = |name: &str, scene: Scene| {
         written.push(store(folder, &format!("{prefix}-{name}"), scene, format)?);
         Ok::<(), Failure>(())
     };
-    if let Some(scene) = trajectories::draw(subject) {
+    if let Some(scene) = trajectories::draw(run) {
         store("trajectories", scene)?;
     }
-    let grid = Grid::new(subject.samples(), POINTS);
-    let times: Vec<f64> = grid.points().iter().map(|&sample| subject.time(sample)).collect();
-    for panel in panels(subject, &grid).iter().filter(|panel| panel.kind == Kind::Lines && panel.id != "other-signals")
-    {
+    let grid = Grid::new(run.samples(), POINTS);
+    let times: Vec<f64> = grid.points().iter().map(|&sample| run.time(sample)).collect();
+    for panel in panels(run, &grid).iter().filter(|panel| panel.kind == Kind::Lines && panel.id != "other-signals") {
         for (name, views) in pages(panel) {
-            store(&name, draw(subject, views, &times))?;
+            store(&name, draw(run, views, &times))?;
         }
     }
     Ok(written)
 }
 
 /// `ch7-2` for what belongs to section 7.2 of the thesis, else the name of the scenario or of the file.
-fn prefix(subject: &Subject, mark: &str) -> String {
-    let thesis = subject.scenario.as_ref().map(|scenario| scenario.thesis.as_str()).filter(|text| !text.is_empty());
+fn prefix(run: &LoggedRun, mark: &str) -> String {
+    let thesis = run.scenario.as_ref().map(|scenario| scenario.thesis.as_str()).filter(|text| !text.is_empty());
     let plain = |text: &str| -> String {
         text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect()
     };
-    let first = match (thesis, &subject.scenario) {
+    let first = match (thesis, &run.scenario) {
         (Some(section), _) => format!("ch{}", plain(section)),
         (None, Some(scenario)) => scenario.name.clone(),
-        (None, None) => subject.stem(),
+        (None, None) => run.stem(),
     };
     if mark.is_empty() { first } else { format!("{first}-{}", plain(mark)) }
 }
@@ -103,7 +97,7 @@ fn pages(panel: &Panel) -> Vec<(String, &[View])> {
 }
 
 /// Plots above each other over the same time.
-fn draw(subject: &Subject, views: &[View], times: &[f64]) -> Scene {
+fn draw(run: &LoggedRun, views: &[View], times: &[f64]) -> Scene {
     let plot = |view: &View| Plot {
         title: view.name.clone(),
         label: labelled(&view.axis, &view.unit),
@@ -112,7 +106,7 @@ fn draw(subject: &Subject, views: &[View], times: &[f64]) -> Scene {
         limits: view.limits.iter().map(|limit| limit.value).collect(),
         ..Plot::default()
     };
-    let mut legend = style::agents(subject);
+    let mut legend = style::agents(run);
     if let Some(second) = views.iter().flat_map(|view| &view.curves).find(|curve| curve.second) {
         let name = format!("{} (dotted)", second.label);
         legend.push(Entry { name, colour: style::colour(None), dashes: style::second() });

@@ -4,7 +4,7 @@ use kuva::plot::LineStyle;
 use kuva::render::layout::Layout;
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use crate::show::view::Subject;
+use crate::show::view::LoggedRun;
 
 /// Okabe and Ito's colours, ordered so that neighbours differ in lightness too.
 const COLOURS: [&str; 8] = ["#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#8A7F00"];
@@ -54,10 +54,9 @@ pub(super) struct Entry {
 }
 
 /// An entry for every agent.
-pub(super) fn agents(subject: &Subject) -> Vec<Entry> {
-    let entry =
-        |place| Entry { name: subject.agent_name(place), colour: colour(Some(place)), dashes: dashes(Some(place)) };
-    (0..subject.agents.len()).map(entry).collect()
+pub(super) fn agents(run: &LoggedRun) -> Vec<Entry> {
+    let entry = |place| Entry { name: run.agent_name(place), colour: colour(Some(place)), dashes: dashes(Some(place)) };
+    (0..run.agents.len()).map(entry).collect()
 }
 
 /// Adds a legend below everything else.

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 
 use crate::judge::assertions::Finding;
 use crate::judge::verdict::Row;
-use crate::show::view::{Curve, Grid, Kind, Panel, Subject, View, links, panels};
+use crate::show::view::{Curve, Grid, Kind, LoggedRun, Panel, View, links, panels};
 
 /// All runs, each curve with at most `points` points.
-pub(super) fn runs(subjects: &[Subject], points: usize) -> Value {
-    let names = names(subjects);
-    let runs: Vec<Value> = subjects.iter().zip(names).map(|(subject, name)| run(subject, &name, points)).collect();
+pub(super) fn runs_json(runs: &[LoggedRun], points: usize) -> Value {
+    let names = names(runs);
+    let runs: Vec<Value> = runs.iter().zip(names).map(|(run, name)| run_json(run, &name, points)).collect();
     json!({ "version": env!("CARGO_PKG_VERSION"), "runs": runs })
 }
 
@@ -21,33 +21,33 @@ pub(super) fn packed(values: impl IntoIterator<Item = f64>) -> Value {
 }
 
 /// Names that tell the runs apart: by variant and overrides if these differ, else by file.
-fn names(subjects: &[Subject]) -> Vec<String> {
-    let meta = |subject: &Subject, key: &str| {
-        subject.log.metadata().and_then(|metadata| metadata.get(key)).cloned().unwrap_or_default()
+fn names(runs: &[LoggedRun]) -> Vec<String> {
+    let meta = |run: &LoggedRun, key: &str| {
+        run.log.metadata().and_then(|metadata| metadata.get(key)).cloned().unwrap_or_default()
     };
-    let scenarios: Vec<String> = subjects.iter().map(|subject| meta(subject, "scenario")).collect();
+    let scenarios: Vec<String> = runs.iter().map(|run| meta(run, "scenario")).collect();
     let same_scenario = scenarios.iter().all(|name| *name == scenarios[0]);
-    let describe = |subject: &Subject| {
-        let mut parts = vec![meta(subject, "variant")];
+    let describe = |run: &LoggedRun| {
+        let mut parts = vec![meta(run, "variant")];
         if !same_scenario {
-            parts.insert(0, meta(subject, "scenario"));
+            parts.insert(0, meta(run, "scenario"));
         }
-        parts.extend(meta(subject, "overrides").lines().map(String::from));
+        parts.extend(meta(run, "overrides").lines().map(String::from));
         parts.retain(|part| !part.is_empty());
         parts.join(" ")
     };
-    let names: Vec<String> = subjects.iter().map(describe).collect();
+    let names: Vec<String> = runs.iter().map(describe).collect();
     let unique = names.iter().enumerate().all(|(k, name)| !name.is_empty() && !names[..k].contains(name));
-    if unique { names } else { subjects.iter().map(Subject::stem).collect() }
+    if unique { names } else { runs.iter().map(LoggedRun::stem).collect() }
 }
 
-fn run(subject: &Subject, name: &str, points: usize) -> Value {
-    let grid = Grid::new(subject.samples(), points);
-    let metadata = subject.log.metadata();
+fn run_json(run: &LoggedRun, name: &str, points: usize) -> Value {
+    let grid = Grid::new(run.samples(), points);
+    let metadata = run.log.metadata();
     let text = |key: &str| metadata.and_then(|metadata| metadata.get(key)).map(String::as_str).unwrap_or_default();
-    let scenario = subject.scenario.as_ref();
+    let scenario = run.scenario.as_ref();
     let overrides: Vec<&str> = text("overrides").lines().filter(|line| !line.is_empty()).collect();
-    let channels: Vec<Value> = subject
+    let channels: Vec<Value> = run
         .log
         .channels()
         .iter()
@@ -59,24 +59,24 @@ fn run(subject: &Subject, name: &str, points: usize) -> Value {
         .collect();
     json!({
         "name": name,
-        "file": subject.log.path().file_name().unwrap_or_default().to_string_lossy(),
+        "file": run.log.path().file_name().unwrap_or_default().to_string_lossy(),
         "scenario": text("scenario"),
         "title": scenario.map(|scenario| scenario.title.as_str()).unwrap_or_default(),
         "thesis": scenario.map(|scenario| scenario.thesis.as_str()).unwrap_or_default(),
         "variant": text("variant"),
         "overrides": overrides,
-        "caveats": subject.caveats,
-        "samples": subject.samples(),
+        "caveats": run.caveats,
+        "samples": run.samples(),
         "dt": scenario.map(|scenario| scenario.context.timing.dt),
         "interval": grid.interval(),
-        "not_held": subject.verdict.as_ref().and_then(|verdict| verdict.not_held.clone()),
-        "metrics": subject.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
-        "assertions": subject.findings.0.iter().map(assertion).collect::<Vec<_>>(),
-        "text": subject.log.scenario_text(),
+        "not_held": run.verdict.as_ref().and_then(|verdict| verdict.not_held.clone()),
+        "metrics": run.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
+        "assertions": run.findings.0.iter().map(assertion).collect::<Vec<_>>(),
+        "text": run.log.scenario_text(),
         "channels": channels,
-        "time": packed(grid.points().iter().map(|&sample| subject.time(sample))),
-        "scene": scene(subject, &grid),
-        "panels": panels(subject, &grid).iter().map(panel).collect::<Vec<_>>(),
+        "time": packed(grid.points().iter().map(|&sample| run.time(sample))),
+        "scene": scene(run, &grid),
+        "panels": panels(run, &grid).iter().map(panel).collect::<Vec<_>>(),
     })
 }
 
@@ -105,36 +105,36 @@ fn assertion(finding: &Finding) -> Value {
 }
 
 /// What moves, and where.
-fn scene(subject: &Subject, grid: &Grid) -> Value {
-    let agents: Vec<Value> = (0..subject.agents.len())
+fn scene(run: &LoggedRun, grid: &Grid) -> Value {
+    let agents: Vec<Value> = (0..run.agents.len())
         .map(|place| {
             let path = |role: &str, field: &str| {
-                let series = subject.signal(place, role, field)?;
+                let series = run.signal(place, role, field)?;
                 let values = grid.points().iter().flat_map(|&sample| series.row(sample)).copied();
                 Some(json!({ "width": series.width(), "values": packed(values) }))
             };
             json!({
-                "number": subject.agents[place],
-                "radius": subject.radius(place),
+                "number": run.agents[place],
+                "radius": run.radius(place),
                 "position": path("state", "position"),
                 "tracked": path("reference", "position"),
                 "desired": path("reference", "desired_position"),
             })
         })
         .collect();
-    let obstacles: Vec<Value> = subject
+    let obstacles: Vec<Value> = run
         .obstacles()
         .iter()
         .map(|obstacle| json!({ "centre": obstacle.centre, "radius": obstacle.radius, "rings": obstacle.rings }))
         .collect();
-    let links: Vec<Value> = links(subject)
+    let links: Vec<Value> = links(run)
         .into_iter()
         .map(|link| {
             let spans = packed(link.spans.into_iter().flatten());
             json!({ "from": link.from, "to": link.to, "spans": spans })
         })
         .collect();
-    json!({ "planar": subject.is_planar(), "agents": agents, "obstacles": obstacles, "links": links })
+    json!({ "planar": run.is_planar(), "agents": agents, "obstacles": obstacles, "links": links })
 }
 
 fn panel(panel: &Panel) -> Value {

@@ -4,28 +4,28 @@ use serde_json::{Value, json};
 
 use super::data::packed;
 use super::{LIVE, POINTS, PROGRAM, data, page};
-use crate::show::view::{Grid, Subject, links, panels};
+use crate::show::view::{Grid, LoggedRun, links, panels};
 
 /// The page of a run of `duration` seconds, with what has been seen of it so far; it asks its server for the rest.
-pub(crate) fn live(subject: &Subject, duration: f64) -> String {
-    let mut data = data::runs(std::slice::from_ref(subject), POINTS);
+pub(crate) fn live(run: &LoggedRun, duration: f64) -> String {
+    let mut data = data::runs_json(std::slice::from_ref(run), POINTS);
     data["live"] = json!({ "duration": duration });
-    let title = subject.scenario.as_ref().map(|scenario| scenario.name.clone()).unwrap_or_default();
+    let title = run.scenario.as_ref().map(|scenario| scenario.name.clone()).unwrap_or_default();
     page(&title, PROGRAM.concat() + LIVE, &data)
 }
 
-/// What the newest sample of `subject` adds to the page: its curves and paths in the order of the page's data, and the
+/// What the newest sample of `run` adds to the page: its curves and paths in the order of the page's data, and the
 /// links that exist.
-pub(crate) fn frame(subject: &Subject) -> Value {
-    let sample = subject.samples() - 1;
+pub(crate) fn frame(run: &LoggedRun) -> Value {
+    let sample = run.samples() - 1;
     let grid = Grid::new(1, 2);
-    let paths = (0..subject.agents.len()).flat_map(|place| {
+    let paths = (0..run.agents.len()).flat_map(|place| {
         let fields = [("state", "position"), ("reference", "position"), ("reference", "desired_position")];
-        fields.into_iter().filter_map(move |(role, field)| subject.signal(place, role, field))
+        fields.into_iter().filter_map(move |(role, field)| run.signal(place, role, field))
     });
     let mut values: Vec<f64> = paths.flat_map(|series| series.row(sample)).copied().collect();
-    let curves = panels(subject, &grid).into_iter().flat_map(|panel| panel.views).flat_map(|view| view.curves);
+    let curves = panels(run, &grid).into_iter().flat_map(|panel| panel.views).flat_map(|view| view.curves);
     values.extend(curves.flat_map(|curve| curve.values));
-    let links: Vec<[usize; 2]> = links(subject).into_iter().map(|link| [link.from, link.to]).collect();
-    json!({ "time": subject.time(sample), "values": packed(values), "links": links })
+    let links: Vec<[usize; 2]> = links(run).into_iter().map(|link| [link.from, link.to]).collect();
+    json!({ "time": run.time(sample), "values": packed(values), "links": links })
 }

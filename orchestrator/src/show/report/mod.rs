@@ -1,4 +1,4 @@
-//! The report: one HTML file that shows runs to anybody who has a browser, now and in ten years.
+//! The report: one HTML file without references to other files, which shows runs in any browser.
 //!
 //! Style sheet, program and data are all in the file; it asks nothing of a network. The data are those of
 //! [`crate::show::view`], thinned out so that the file stays small however long the run was.
@@ -10,7 +10,7 @@ pub(crate) use live::{frame, live};
 
 use serde_json::Value;
 
-use crate::show::view::Subject;
+use crate::show::view::LoggedRun;
 
 /// Points of a curve, for a report of few agents.
 const POINTS: usize = 2000;
@@ -34,9 +34,9 @@ const PROGRAM: [&str; 5] = [
 const LIVE: &str = include_str!("../../../assets/report-live.js");
 
 /// The report on these runs as one HTML document. Runs are told apart by what differs between them.
-pub fn html(subjects: &[Subject]) -> String {
-    let data = data::runs(subjects, points(subjects));
-    let title = match subjects {
+pub fn html(runs: &[LoggedRun]) -> String {
+    let data = data::runs_json(runs, points(runs));
+    let title = match runs {
         [one] => one.log.metadata().and_then(|m| m.get("scenario")).cloned().unwrap_or_else(|| one.stem()),
         several => format!("{} runs", several.len()),
     };
@@ -66,8 +66,8 @@ fn page(title: &str, program: String, data: &Value) -> String {
 }
 
 /// Points of a curve such that the report stays a file that one can mail.
-fn points(subjects: &[Subject]) -> usize {
-    let agents: usize = subjects.iter().map(|subject| subject.agents.len()).sum();
+fn points(runs: &[LoggedRun]) -> usize {
+    let agents: usize = runs.iter().map(|run| run.agents.len()).sum();
     (POINTS * AGENTS_IN_FULL / agents.max(AGENTS_IN_FULL)).max(POINTS_LEAST)
 }
 

@@ -54,7 +54,7 @@ fn tidy_object(object: Map<String, Value>) -> Value {
 fn kinds(kinds: Value, floating: bool) -> Value {
     let mut kinds: Vec<Value> = match kinds {
         Value::Array(kinds) => kinds,
-        // A property that is called `type` is none of ours.
+        // A property that is called `type` belongs to a component, not to the schema.
         Value::String(kind) => vec![kind.into()],
         other => return other,
     };

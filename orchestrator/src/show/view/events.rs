@@ -1,29 +1,29 @@
 //! What is on or off: flags, and the links of the communication graph.
 
 use super::panel::{Curve, Kind, Panel, View};
-use super::{Grid, Subject};
+use super::{Grid, LoggedRun};
 use recording::Series;
 
 /// A link of the communication graph: `to` receives what `from` publishes. Agents by their place in the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// Who publishes.
+    /// The part of the topic that publishes it.
     pub from: usize,
-    /// Who receives.
+    /// The part of the topic that receives it.
     pub to: usize,
     /// Spans of time in s during which it exists.
     pub spans: Vec<[f64; 2]>,
 }
 
 /// The links of a run: those that were logged as `adjacency` if they were, else the static ones of the scenario.
-pub fn links(subject: &Subject) -> Vec<Link> {
-    let end = subject.time(subject.samples() - 1);
+pub fn links(run: &LoggedRun) -> Vec<Link> {
+    let end = run.time(run.samples() - 1);
     let mut links = Vec::new();
-    for to in 0..subject.agents.len() {
-        for from in (0..subject.agents.len()).filter(|from| *from != to) {
-            let spans = match adjacency(subject, to) {
-                Some(row) => spans(subject, row.component(from)),
-                None if fixed(subject, to, from) > 0.0 => vec![[0.0, end]],
+    for to in 0..run.agents.len() {
+        for from in (0..run.agents.len()).filter(|from| *from != to) {
+            let spans = match adjacency(run, to) {
+                Some(row) => spans(run, row.component(from)),
+                None if fixed(run, to, from) > 0.0 => vec![[0.0, end]],
                 None => Vec::new(),
             };
             if !spans.is_empty() {
@@ -35,58 +35,58 @@ pub fn links(subject: &Subject) -> Vec<Link> {
 }
 
 /// The logged weights with which an agent receives from all agents.
-fn adjacency(subject: &Subject, place: usize) -> Option<Series<'_>> {
-    let found = subject.roles().into_iter().find_map(|role| subject.signal(place, &role, "adjacency"))?;
-    (found.width() == subject.agents.len()).then_some(found)
+fn adjacency(run: &LoggedRun, place: usize) -> Option<Series<'_>> {
+    let found = run.roles().into_iter().find_map(|role| run.signal(place, &role, "adjacency"))?;
+    (found.width() == run.agents.len()).then_some(found)
 }
 
-fn fixed(subject: &Subject, to: usize, from: usize) -> f64 {
-    let topology = subject.scenario.as_ref().map(|scenario| &scenario.context.topology);
+fn fixed(run: &LoggedRun, to: usize, from: usize) -> f64 {
+    let topology = run.scenario.as_ref().map(|scenario| &scenario.context.topology);
     topology.filter(|topology| topology.size() > to.max(from)).map_or(0.0, |topology| topology.a(to, from))
 }
 
 /// When the weights are above 0.
-fn spans(subject: &Subject, weights: impl ExactSizeIterator<Item = f64>) -> Vec<[f64; 2]> {
+fn spans(run: &LoggedRun, weights: impl ExactSizeIterator<Item = f64>) -> Vec<[f64; 2]> {
     let last = weights.len() - 1;
     let mut spans = Vec::new();
     let mut since = None;
     for (sample, weight) in weights.enumerate() {
         match (since, weight > 0.0) {
-            (None, true) => since = Some(subject.time(sample)),
+            (None, true) => since = Some(run.time(sample)),
             (Some(start), false) => {
-                spans.push([start, subject.time(sample)]);
+                spans.push([start, run.time(sample)]);
                 since = None;
             }
             _ => {}
         }
         if let (true, Some(start)) = (sample == last, since) {
-            spans.push([start, subject.time(sample)]);
+            spans.push([start, run.time(sample)]);
         }
     }
     spans
 }
 
 /// Links that do not exist all the time.
-pub(super) fn switching(subject: &Subject, grid: &Grid) -> Option<Panel> {
+pub(super) fn switching(run: &LoggedRun, grid: &Grid) -> Option<Panel> {
     /// More rows than this say nothing to anybody.
     const ROWS: usize = 60;
-    let end = subject.time(subject.samples() - 1);
-    let pairs: Vec<(usize, usize)> = if subject.growing {
+    let end = run.time(run.samples() - 1);
+    let pairs: Vec<(usize, usize)> = if run.growing {
         // Any of them may come and go before the end.
-        let count = subject.agents.len();
+        let count = run.agents.len();
         let all = (0..count).flat_map(|to| (0..count).map(move |from| (from, to)));
-        all.filter(|&(from, to)| from != to && fixed(subject, to, from) == 0.0).collect()
+        all.filter(|&(from, to)| from != to && fixed(run, to, from) == 0.0).collect()
     } else {
-        let found = links(subject).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]);
+        let found = links(run).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]);
         found.map(|link| (link.from, link.to)).collect()
     };
     let curves: Vec<Curve> = pairs
         .into_iter()
         .take(ROWS)
         .filter_map(|(from, to)| {
-            let row = adjacency(subject, to)?;
+            let row = adjacency(run, to)?;
             Some(Curve {
-                label: format!("{} \u{2192} {}", subject.agents[from], subject.agents[to]),
+                label: format!("{} \u{2192} {}", run.agents[from], run.agents[to]),
                 agent: Some(to),
                 second: false,
                 values: grid.curve(|sample| row.row(sample)[from]),
@@ -101,17 +101,17 @@ pub(super) fn switching(subject: &Subject, grid: &Grid) -> Option<Panel> {
 }
 
 /// Signals that say "on" or "off".
-pub(super) fn flags(subject: &Subject, grid: &Grid) -> Option<Panel> {
+pub(super) fn flags(run: &LoggedRun, grid: &Grid) -> Option<Panel> {
     let mut views = Vec::new();
-    for role in subject.roles() {
-        for field in subject.fields(&role).iter().filter(|field| is_flag(&field.name)) {
-            let signals = (0..subject.agents.len())
-                .filter_map(|place| Some((place, subject.signal(place, &role, &field.name)?)))
+    for role in run.roles() {
+        for field in run.fields(&role).iter().filter(|field| is_flag(&field.name)) {
+            let signals = (0..run.agents.len())
+                .filter_map(|place| Some((place, run.signal(place, &role, &field.name)?)))
                 .flat_map(|(place, series)| (0..series.width()).map(move |component| (place, series, component)));
             let curves = signals.map(|(place, series, component)| Curve {
                 label: match series.width() {
-                    1 => subject.agent_name(place),
-                    _ => format!("{} [{component}]", subject.agent_name(place)),
+                    1 => run.agent_name(place),
+                    _ => format!("{} [{component}]", run.agent_name(place)),
                 },
                 agent: Some(place),
                 second: false,

@@ -9,7 +9,7 @@ pub enum Kind {
     Bands,
 }
 
-/// Plots of one subject matter, one of which is shown at a time.
+/// Plots of one run matter, one of which is shown at a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// Short name for files and links, `tracking-errors`.

@@ -3,26 +3,26 @@
 use lockstep::{Field, Shape};
 
 use super::events::{flags, is_flag, switching};
+use super::logged_run::unit_of;
 use super::panel::{Curve, Kind, Limit, Panel, View};
 use super::space::{clearances, distances};
-use super::subject::unit_of;
-use super::{Grid, Subject};
+use super::{Grid, LoggedRun};
 use crate::judge::metrics::{norm, norm_between};
 
 /// All plots of a run, the ones that matter most first.
-pub fn panels(subject: &Subject, grid: &Grid) -> Vec<Panel> {
-    let painter = Painter { subject, grid };
+pub fn panels(run: &LoggedRun, grid: &Grid) -> Vec<Panel> {
+    let builder = PanelBuilder { run, grid };
     let made = [
-        painter.errors(),
-        distances(subject, grid),
-        clearances(subject, grid),
-        painter.inputs(),
-        painter.estimates(),
-        painter.sliding(),
-        painter.weights(),
-        flags(subject, grid),
-        switching(subject, grid),
-        painter.rest(),
+        builder.errors(),
+        distances(run, grid),
+        clearances(run, grid),
+        builder.inputs(),
+        builder.estimates(),
+        builder.sliding(),
+        builder.weights(),
+        flags(run, grid),
+        switching(run, grid),
+        builder.rest(),
     ];
     made.into_iter().flatten().filter(|panel| !panel.views.is_empty()).collect()
 }
@@ -58,27 +58,27 @@ fn units(field: &Field) -> String {
     units.join(", ")
 }
 
-struct Painter<'a> {
-    subject: &'a Subject,
+struct PanelBuilder<'a> {
+    run: &'a LoggedRun,
     grid: &'a Grid,
 }
 
-impl Painter<'_> {
+impl PanelBuilder<'_> {
     /// A curve for every agent for which `make` gives one.
     fn each(&self, mut make: impl FnMut(usize) -> Option<Vec<f64>>) -> Vec<Curve> {
         let curve = |(agent, values)| Curve { label: String::new(), agent: Some(agent), second: false, values };
-        (0..self.subject.agents.len()).filter_map(|place| Some((place, make(place)?))).map(curve).collect()
+        (0..self.run.agents.len()).filter_map(|place| Some((place, make(place)?))).map(curve).collect()
     }
 
     /// The norm of the difference of two signals over the coordinates that both have.
     fn between(&self, place: usize, [a, b]: [(&str, &str); 2]) -> Option<Vec<f64>> {
-        let [a, b] = [self.subject.signal(place, a.0, a.1)?, self.subject.signal(place, b.0, b.1)?];
+        let [a, b] = [self.run.signal(place, a.0, a.1)?, self.run.signal(place, b.0, b.1)?];
         Some(self.grid.curve(|sample| norm_between(a.row(sample), b.row(sample))))
     }
 
     /// The norm of a vector, or a scalar as it is.
     fn norm(&self, place: usize, role: &str, field: &str) -> Option<Vec<f64>> {
-        let series = self.subject.signal(place, role, field)?;
+        let series = self.run.signal(place, role, field)?;
         Some(match series.width() {
             1 => self.grid.curve(|sample| series.row(sample)[0]),
             _ => self.grid.curve(|sample| norm(series.row(sample))),
@@ -99,19 +99,19 @@ impl Painter<'_> {
 
     /// One view for every field that `take` wants.
     fn norm_views(&self, take: impl Fn(&str, &Field) -> bool) -> Vec<View> {
-        let roles = self.subject.roles();
+        let roles = self.run.roles();
         // The controller's variables say most about a scheme.
         let ordered = roles.iter().rev();
         ordered
-            .flat_map(|role| self.subject.fields(role).into_iter().map(move |field| (role, field)))
+            .flat_map(|role| self.run.fields(role).into_iter().map(move |field| (role, field)))
             .filter(|(role, field)| take(role, field))
             .map(|(role, field)| self.norm_view(role, &field))
             .collect()
     }
 
     fn errors(&self) -> Option<Panel> {
-        let unit = self.subject.field("state", "position").map(|field| units(&field)).unwrap_or_default();
-        let spatial = !self.subject.is_planar();
+        let unit = self.run.field("state", "position").map(|field| units(&field)).unwrap_or_default();
+        let spatial = !self.run.is_planar();
         let view = |name: &str, pair: [(&str, &str); 2]| View {
             name: name.into(),
             axis: "error norm".into(),
@@ -123,7 +123,7 @@ impl Painter<'_> {
         };
         let (state, tracked) = (("state", "position"), ("reference", "position"));
         let desired = ("reference", "desired_position");
-        let mut views = match self.subject.field(desired.0, desired.1) {
+        let mut views = match self.run.field(desired.0, desired.1) {
             Some(_) => vec![
                 view("agent to its place in the formation", [state, desired]),
                 view("agent to what it tracks", [state, tracked]),
@@ -147,8 +147,8 @@ impl Painter<'_> {
     }
 
     fn inputs(&self) -> Option<Panel> {
-        let field = self.subject.field("command", "input")?;
-        let context = self.subject.scenario.as_ref().map(|scenario| &scenario.context);
+        let field = self.run.field("command", "input")?;
+        let context = self.run.scenario.as_ref().map(|scenario| &scenario.context);
         let limit = context.and_then(|context| context.input_limit);
         let limits: Vec<Limit> = limit
             .into_iter()
@@ -172,7 +172,7 @@ impl Painter<'_> {
     fn input_curves(&self, component: usize) -> Vec<Curve> {
         let of = |field: &str| {
             self.each(|place| {
-                let series = self.subject.signal(place, "command", field)?;
+                let series = self.run.signal(place, "command", field)?;
                 (component < series.width()).then(|| self.grid.curve(|sample| series.row(sample)[component]))
             })
         };
@@ -187,10 +187,10 @@ impl Painter<'_> {
 
     /// Fields that an observer or a controller estimates and a plant knows.
     fn estimated(&self) -> Vec<(String, Field)> {
-        let truth = self.subject.fields("state");
-        let roles = self.subject.roles().into_iter().filter(|role| role != "state" && role != "reference");
+        let truth = self.run.fields("state");
+        let roles = self.run.roles().into_iter().filter(|role| role != "state" && role != "reference");
         let mut estimated: Vec<(String, Field)> = roles
-            .flat_map(|role| self.subject.fields(&role).into_iter().map(move |field| (role.clone(), field)))
+            .flat_map(|role| self.run.fields(&role).into_iter().map(move |field| (role.clone(), field)))
             .filter(|(_, field)| truth.iter().any(|known| known.name == field.name))
             .collect();
         // What cannot be measured comes first.
@@ -237,7 +237,7 @@ impl Painter<'_> {
     }
 
     fn unit_of_truth(&self, field: &Field) -> String {
-        self.subject.field("state", &field.name).map(|field| units(&field)).unwrap_or_default()
+        self.run.field("state", &field.name).map(|field| units(&field)).unwrap_or_default()
     }
 
     /// Whatever no other panel shows.

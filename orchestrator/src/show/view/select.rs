@@ -29,7 +29,7 @@ fn matches(pattern: &str, text: &str) -> bool {
 /// The topics that `pattern` means, in the order of the log; the slash in front may be left out.
 ///
 /// # Errors
-/// [`Failure::Usage`] if there is none.
+/// [`Failure::Usage`] if no topic matches.
 pub fn topics<'a>(log: &'a Log, pattern: &str) -> Result<Vec<&'a LogChannel>, Failure> {
     let wanted = pattern.trim_start_matches('/');
     let bare = |channel: &LogChannel| channel.topic.trim_start_matches('/').to_string();
@@ -61,7 +61,7 @@ pub fn topics<'a>(log: &'a Log, pattern: &str) -> Result<Vec<&'a LogChannel>, Fa
 /// The signals that `text` means: `agent_1/state/position`, `agent_*/command/input[0]`.
 ///
 /// # Errors
-/// [`Failure::Usage`] if there is none, or a component is asked for that a field does not have.
+/// [`Failure::Usage`] if no signal matches, or a component is asked for that a field does not have.
 pub fn signals(log: &Log, text: &str) -> Result<Vec<Signal>, Failure> {
     let malformed =
         || Failure::Usage(format!("{text}: expected TOPIC/FIELD or TOPIC/FIELD[K], as in agent_1/state/position[2]"));

@@ -3,7 +3,7 @@
 use formation::config::Node;
 
 use super::panel::{Curve, Kind, Limit, Panel, View};
-use super::{Grid, Subject};
+use super::{Grid, LoggedRun};
 use recording::Series;
 
 /// A round obstacle at rest.
@@ -25,7 +25,7 @@ impl Obstacle {
     }
 }
 
-impl Subject {
+impl LoggedRun {
     /// The obstacles of the scenario, from its section `[obstacles]`.
     pub fn obstacles(&self) -> Vec<Obstacle> {
         let section = |path: &str| self.scenario.as_ref().and_then(|scenario| scenario.section(path));
@@ -57,9 +57,9 @@ fn least(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::NAN, f64::min)
 }
 
-pub(super) fn distances(subject: &Subject, grid: &Grid) -> Option<Panel> {
-    let positions = subject.positions().filter(|positions| positions.len() > 1)?;
-    let space = subject.space();
+pub(super) fn distances(run: &LoggedRun, grid: &Grid) -> Option<Panel> {
+    let positions = run.positions().filter(|positions| positions.len() > 1)?;
+    let space = run.space();
     let to_nearest = |place: usize, sample: usize| {
         let own = positions[place].row(sample);
         let others = positions.iter().enumerate().filter(|(other, _)| *other != place);
@@ -79,7 +79,7 @@ pub(super) fn distances(subject: &Subject, grid: &Grid) -> Option<Panel> {
         second: false,
         values: grid.curve(|sample| least((0..positions.len()).map(|place| to_nearest(place, sample)))),
     };
-    let radii: Option<Vec<f64>> = (0..positions.len()).map(|place| subject.radius(place)).collect();
+    let radii: Option<Vec<f64>> = (0..positions.len()).map(|place| run.radius(place)).collect();
     let contact = radii.map(|mut radii| {
         radii.sort_by(f64::total_cmp);
         radii.iter().rev().take(2).sum::<f64>()
@@ -98,10 +98,10 @@ pub(super) fn distances(subject: &Subject, grid: &Grid) -> Option<Panel> {
     Some(Panel { id: "distances", title: "Distance between agents", kind: Kind::Lines, views })
 }
 
-pub(super) fn clearances(subject: &Subject, grid: &Grid) -> Option<Panel> {
-    let obstacles = subject.obstacles();
-    let positions = subject.positions().filter(|_| !obstacles.is_empty())?;
-    let radii: Vec<f64> = (0..positions.len()).map(|place| subject.radius(place).unwrap_or(0.0)).collect();
+pub(super) fn clearances(run: &LoggedRun, grid: &Grid) -> Option<Panel> {
+    let obstacles = run.obstacles();
+    let positions = run.positions().filter(|_| !obstacles.is_empty())?;
+    let radii: Vec<f64> = (0..positions.len()).map(|place| run.radius(place).unwrap_or(0.0)).collect();
     // The distance of centres minus `keep`, for the obstacle where that is smallest.
     let view = |name: &str, limit: &str, keep: &dyn Fn(&Obstacle, f64) -> f64| View {
         name: name.into(),

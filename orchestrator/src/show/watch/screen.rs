@@ -1,16 +1,16 @@
-//! One calm screen in the terminal; plain lines where there is none.
+//! The state of a run on one screen of the terminal; as plain lines where stdout is not a terminal.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use super::sparkline::{range, sparkline};
-use super::{Pulse, Spectator};
+use super::{LiveStatus, RunMonitor};
 use crate::terminal::{plain, size_of};
 
 /// Time between two screens, and between two plain lines.
 const SCREEN_EVERY: Duration = Duration::from_millis(250);
 const LINE_EVERY: Duration = Duration::from_secs(2);
-/// Errors that are remembered for each agent.
+/// Errors that are kept for each agent.
 const MOST_ERRORS: usize = 4000;
 
 /// Shows a run on stdout.
@@ -20,7 +20,7 @@ pub(crate) struct Screen {
     /// By agent.
     errors: Vec<Vec<f64>>,
     unit: String,
-    /// Stands below everything.
+    /// The last line.
     footer: String,
 }
 
@@ -38,9 +38,9 @@ impl Screen {
         Self { terminal, next: Instant::now(), errors: Vec::new(), unit: String::new(), footer: footer.into() }
     }
 
-    /// Takes notice of what the spectator sees.
-    pub(crate) fn note(&mut self, spectator: &Spectator) {
-        let (errors, unit) = spectator.errors();
+    /// Keeps the tracking errors of the newest sample.
+    pub(crate) fn note(&mut self, monitor: &RunMonitor) {
+        let (errors, unit) = monitor.errors();
         self.errors.resize(errors.len(), Vec::new());
         self.unit = unit;
         for (list, error) in self.errors.iter_mut().zip(errors) {
@@ -56,14 +56,14 @@ impl Screen {
         Instant::now() >= self.next
     }
 
-    /// Shows how the run goes. What cannot be printed any more is lost: the reader has gone.
-    pub(crate) fn show(&mut self, pulse: &Pulse) {
+    /// Shows the state of the run. An error of stdout is ignored: its reader has closed it.
+    pub(crate) fn show(&mut self, status: &LiveStatus) {
         let mut out = std::io::stdout().lock();
         let (text, every) = match &self.terminal {
-            None => (format!("{}\n", plain(&self.line(pulse))), LINE_EVERY),
+            None => (format!("{}\n", plain(&self.line(status))), LINE_EVERY),
             Some(terminal) => {
                 let (width, height) = size_of(std::io::stdout()).unwrap_or((80, 24));
-                let lines = self.lines(pulse, terminal, width, height);
+                let lines = self.lines(status, terminal, width, height);
                 let lines: Vec<String> = lines.iter().map(|line| format!("{line}\x1b[K")).collect();
                 (format!("\x1b[H{}\x1b[J", lines.join("\r\n")), SCREEN_EVERY)
             }
@@ -72,25 +72,25 @@ impl Screen {
         let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     }
 
-    fn line(&self, pulse: &Pulse) -> String {
-        let mut line = pulse.sentence();
+    fn line(&self, status: &LiveStatus) -> String {
+        let mut line = status.sentence();
         let now = self.errors.iter().filter_map(|list| list.last()).copied().enumerate();
         if let Some((agent, error)) = now.max_by(|a, b| a.1.total_cmp(&b.1)) {
             line.push_str(&format!(", largest error {error:.1e} {} (agent {})", self.unit, agent + 1));
         }
-        let waiting = pulse.waiting();
+        let waiting = status.waiting();
         if waiting.is_empty() { line } else { format!("{line}; {waiting}") }
     }
 
     /// The screen as lines that fit.
-    fn lines(&self, pulse: &Pulse, terminal: &Terminal, width: usize, height: usize) -> Vec<String> {
+    fn lines(&self, status: &LiveStatus, terminal: &Terminal, width: usize, height: usize) -> Vec<String> {
         let processes =
-            if pulse.processes == 1 { "1 process".into() } else { format!("{} processes", pulse.processes) };
+            if status.processes == 1 { "1 process".into() } else { format!("{} processes", status.processes) };
         let mut lines = vec![
-            terminal.strong(&cut(&plain(&format!("{}: run {}, {processes}", pulse.title, pulse.run)), width)),
-            terminal.bar(pulse.share(), width.min(72)),
-            cut(&plain(&pulse.sentence()), width),
-            cut(&plain(&pulse.waiting()), width),
+            terminal.strong(&cut(&plain(&format!("{}: run {}, {processes}", status.title, status.run)), width)),
+            terminal.bar(status.share(), width.min(72)),
+            cut(&plain(&status.sentence()), width),
+            cut(&plain(&status.waiting()), width),
         ];
         let room = height.saturating_sub(lines.len() + 4);
         if !self.errors.is_empty() && room > 0 {
@@ -174,16 +174,16 @@ mod tests {
         Screen { terminal: None, next: Instant::now(), errors, unit: "m".into(), footer: "Ctrl-C leaves".into() }
     }
 
-    fn pulse() -> Pulse {
+    fn status() -> LiveStatus {
         let last = vec![("controller_3".to_string(), 0.5)];
-        Pulse {
+        LiveStatus {
             title: "uav TSC".into(),
             run: "uav".into(),
             steps: 500,
             of: 1001,
             duration: 10.0,
             last,
-            ..Pulse::default()
+            ..LiveStatus::default()
         }
     }
 
@@ -191,11 +191,11 @@ mod tests {
     fn every_screen_fits_its_terminal() {
         let terminal = std::mem::ManuallyDrop::new(Terminal { blocks: false, colour: false });
         for (width, height) in [(80, 24), (20, 5), (5, 2), (200, 60), (1, 1), (40, 8)] {
-            let lines = screen(30).lines(&pulse(), &terminal, width, height);
+            let lines = screen(30).lines(&status(), &terminal, width, height);
             assert!(lines.len() <= height, "{height}: {lines:#?}");
             assert!(lines.iter().all(|line| line.chars().count() <= width.max(17)), "{width}: {lines:#?}");
         }
-        let lines = screen(6).lines(&pulse(), &terminal, 80, 24).join("\n");
+        let lines = screen(6).lines(&status(), &terminal, 80, 24).join("\n");
         for word in
             ["uav TSC: run uav", "####", "last to be done: controller_3 50 %", "    6   6.0e-1", "Ctrl-C leaves"]
         {
@@ -205,6 +205,10 @@ mod tests {
 
     #[test]
     fn a_line_names_the_agent_that_is_worst() {
-        assert!(screen(3).line(&pulse()).contains("largest error 3.0e-1 m (agent 3)"), "{}", screen(3).line(&pulse()));
+        assert!(
+            screen(3).line(&status()).contains("largest error 3.0e-1 m (agent 3)"),
+            "{}",
+            screen(3).line(&status())
+        );
     }
 }

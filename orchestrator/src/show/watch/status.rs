@@ -1,15 +1,15 @@
-//! What a run tells about itself through its control socket.
+//! The state of a run, from the answers of its control socket.
 
 use crate::run::control::{Status, WorkerStatus};
 
-/// How a run goes, from two answers of it.
+/// The state of a run and its speed, from two answers.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Pulse {
+pub(crate) struct LiveStatus {
     /// Name of the run.
     pub(crate) run: String,
     /// Scenario and variant.
     pub(crate) title: String,
-    /// Steps that are done.
+    /// Completed steps.
     pub(crate) steps: u64,
     /// Steps of the whole run.
     pub(crate) of: u64,
@@ -19,19 +19,19 @@ pub(crate) struct Pulse {
     pub(crate) duration: f64,
     /// Number of processes.
     pub(crate) processes: u64,
-    /// Whether somebody holds it.
+    /// Whether it is paused.
     pub(crate) paused: bool,
     /// Steps per second between the two answers.
     pub(crate) rate: f64,
     /// Simulated seconds per second between the two answers.
     pub(crate) speed: f64,
-    /// Whom the others wait for at this moment.
+    /// The processes that the others wait for now.
     pub(crate) awaited: Vec<String>,
-    /// Who was last in its phase how often between the two answers, as shares of the steps; most first.
+    /// Processes with the share of steps between the two answers in which they completed their phase last, the largest first.
     pub(crate) last: Vec<(String, f64)>,
 }
 
-impl Pulse {
+impl LiveStatus {
     /// From the answer before, if there was one, and the one now.
     pub(crate) fn of(before: Option<&Status>, now: &Status) -> Self {
         let start = Status::default();
@@ -66,7 +66,7 @@ impl Pulse {
         self.steps as f64 / self.of.max(1) as f64
     }
 
-    /// How far and how fast, in one line.
+    /// Progress and speed, in one line.
     pub(crate) fn sentence(&self) -> String {
         let (time, duration) = (self.time.min(self.duration), self.duration);
         let far = format!("t = {time:.2} of {duration} s ({:.0} %)", 100.0 * self.share());
@@ -78,10 +78,10 @@ impl Pulse {
         format!("{far}, {:.0} steps/s, {:.1} x real time{left}", self.rate, self.speed)
     }
 
-    /// Whom the others wait for, in one line; empty if nobody stands out.
+    /// The processes that the others wait for, in one line; empty if there is none.
     pub(crate) fn waiting(&self) -> String {
         if self.paused {
-            return "nobody computes: the run is paused".into();
+            return "no process computes: the run is paused".into();
         }
         let shares = self.last.iter().take(4).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
         let shares: Vec<String> = shares.collect();
@@ -110,11 +110,11 @@ mod tests {
             workers: vec![worker("a", steps, last[0]), worker("b", steps, last[1])],
             ..Status::default()
         };
-        let pulse = Pulse::of(Some(&status(1000, 1.0, [900, 100])), &status(3000, 2.0, [1000, 2000]));
-        assert_eq!((pulse.rate, pulse.speed, pulse.duration), (2000.0, 20.0, 80.0));
-        assert_eq!(pulse.last, [("b".to_string(), 0.95), ("a".to_string(), 0.05)]);
-        assert_eq!(pulse.sentence(), "t = 30.00 of 80 s (37 %), 2000 steps/s, 20.0 x real time, 3 s left");
-        assert_eq!(pulse.waiting(), "last to be done: b 95 %, a 5 %");
-        assert_eq!(pulse.title, "uav TSC");
+        let status = LiveStatus::of(Some(&status(1000, 1.0, [900, 100])), &status(3000, 2.0, [1000, 2000]));
+        assert_eq!((status.rate, status.speed, status.duration), (2000.0, 20.0, 80.0));
+        assert_eq!(status.last, [("b".to_string(), 0.95), ("a".to_string(), 0.05)]);
+        assert_eq!(status.sentence(), "t = 30.00 of 80 s (37 %), 2000 steps/s, 20.0 x real time, 3 s left");
+        assert_eq!(status.waiting(), "last to be done: b 95 %, a 5 %");
+        assert_eq!(status.title, "uav TSC");
     }
 }

@@ -1,10 +1,10 @@
-//! What the outputs of a program tell.
+//! Findings about the outputs of a program.
 
 use std::time::Duration;
 
 use lockstep::{ChannelId, Network};
 
-use super::trial::Trial;
+use super::test_run::TestRun;
 
 /// An interval in which all numbers of a field have to lie.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,20 +29,20 @@ pub(super) fn labels(network: &Network, node: usize) -> Vec<(String, String)> {
 }
 
 /// The fields that are zero at every step, where the recorded ones are not.
-pub(super) fn zeros<'a>(trial: &Trial, labels: &'a [(String, String)]) -> Vec<&'a str> {
+pub(super) fn zeros<'a>(run: &TestRun, labels: &'a [(String, String)]) -> Vec<&'a str> {
     let is_zero = |numbers: &[f64], field: &str| {
         let mut of_field = numbers.iter().zip(labels.iter().cycle()).filter(|(_, (name, _))| name == field);
         of_field.all(|(number, _)| *number == 0.0)
     };
     let mut fields: Vec<&str> = labels.iter().map(|(field, _)| field.as_str()).collect();
     fields.dedup();
-    fields.retain(|field| is_zero(&trial.outputs, field) && !is_zero(&trial.recorded, field));
+    fields.retain(|field| is_zero(&run.outputs, field) && !is_zero(&run.recorded, field));
     fields
 }
 
 /// The first number that is out of its range.
-pub(super) fn out_of_range(trial: &Trial, labels: &[(String, String)], ranges: &[Range]) -> Option<String> {
-    for (index, number) in trial.outputs.iter().enumerate() {
+pub(super) fn out_of_range(run: &TestRun, labels: &[(String, String)], ranges: &[Range]) -> Option<String> {
+    for (index, number) in run.outputs.iter().enumerate() {
         let (field, label) = &labels[index % labels.len()];
         let wrong = |range: &&Range| range.field == *field && !(range.low..=range.high).contains(number);
         if let Some(Range { low, high, .. }) = ranges.iter().find(wrong) {
@@ -52,17 +52,17 @@ pub(super) fn out_of_range(trial: &Trial, labels: &[(String, String)], ranges: &
     None
 }
 
-/// The first number that is not the same in both trials.
-pub(super) fn unlike(first: &Trial, second: &Trial, labels: &[(String, String)]) -> Option<String> {
+/// The first number that differs between two runs.
+pub(super) fn unlike(first: &TestRun, second: &TestRun, labels: &[(String, String)]) -> Option<String> {
     let pairs = first.outputs.iter().zip(&second.outputs);
     let (index, (a, b)) = pairs.enumerate().find(|(_, (a, b))| a.to_bits() != b.to_bits())?;
     let (step, label) = (index / labels.len(), &labels[index % labels.len()].1);
     Some(format!("{label} at step {step} is {a:e} once and {b:e} another time"))
 }
 
-/// How the reference implementation would have done it.
-pub(super) fn departure(trial: &Trial) -> String {
-    let departures = &trial.departures;
+/// How far the outputs are from those of the reference, which were recorded.
+pub(super) fn departure(run: &TestRun) -> String {
+    let departures = &run.departures;
     match &departures.first {
         None => format!("all {} numbers are those that were recorded, bit by bit", departures.numbers),
         Some(first) => {
@@ -82,7 +82,7 @@ pub(super) fn departure(trial: &Trial) -> String {
     }
 }
 
-/// How long steps take, beside the period of `dt` seconds.
+/// How long steps take, compared with the period of `dt` seconds.
 pub(super) fn speed(lengths: &[Duration], dt: f64) -> String {
     let mut lengths: Vec<f64> = lengths.iter().map(Duration::as_secs_f64).collect();
     lengths.sort_by(f64::total_cmp);

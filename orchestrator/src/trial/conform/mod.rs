@@ -1,13 +1,13 @@
 //! The contract of a participant, tried on a program point by point: against recorded inputs, without a run of its own.
 
+mod checks;
 mod inspect;
-mod kit;
-mod point;
-mod probe;
+mod report;
+mod standalone;
 mod supervise;
-mod trial;
+mod test_run;
 
+pub use checks::{ConformanceTest, conform};
 pub use inspect::Range;
-pub use kit::{Demands, conform};
-pub use point::{Point, Report, Verdict};
+pub use report::{Check, Report, Verdict};
 pub use supervise::supervise;

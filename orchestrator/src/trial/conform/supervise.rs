@@ -1,4 +1,5 @@
-//! A process between the conductor and a program under trial: sees how the program ends, what it prints and whom it leaves.
+//! A process between the conductor and a tested program: it records how the program ends, how much it prints and which processes
+//! it leaves behind.
 
 use std::ffi::OsString;
 use std::io::{self, PipeReader, Read, Write};
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions};
 use serde::{Deserialize, Serialize};
 
-/// How long what the program has started may outlive it; it may be ending just then.
+/// How long processes that the program has started may outlive it: they may be ending already.
 const LAST_MOMENT: Duration = Duration::from_millis(500);
 /// What is passed on of what the program prints, bytes.
 const PASSED_ON: u64 = 1 << 16;
@@ -44,7 +45,7 @@ impl End {
             (Some(reason), ..) => format!("it cannot be started: {reason}"),
             (_, Some(code), _) => format!("it ended with exit code {code}"),
             (_, _, Some(signal)) => format!("it was killed by signal {signal}"),
-            _ => "nobody knows how it ended".into(),
+            _ => "it is not known how it ended".into(),
         }
     }
 
@@ -75,7 +76,7 @@ pub fn supervise(status: &Path, command: &[OsString]) -> ExitCode {
 
 fn watch(command: &[OsString]) -> io::Result<End> {
     let Some((program, arguments)) = command.split_first() else { return Err(io::ErrorKind::InvalidInput.into()) };
-    // Whoever loses its parent becomes a child of this process, whatever group or session it has gone to.
+    // A descendant that loses its parent becomes a child of this process, also in another process group or session.
     rustix::process::set_child_subreaper(rustix::process::Pid::from_raw(1))?;
     let (reader, writer) = io::pipe()?;
     let mut command = Command::new(program);
@@ -91,7 +92,7 @@ fn watch(command: &[OsString]) -> io::Result<End> {
     let pump = thread::spawn(move || pass_on(reader, &count));
     let status = child.wait()?;
     let left = survivors();
-    // Whoever held the other end of the pipe is gone by now.
+    // All processes that held the other end of the pipe have ended.
     let _ = pump.join();
     Ok(End { left, printed: printed.load(Ordering::Relaxed), ..End::of(status) })
 }
@@ -101,7 +102,7 @@ fn pass_on(mut reader: PipeReader, count: &AtomicU64) {
     while let Ok(read @ 1..) = reader.read(&mut buffer) {
         let before = count.fetch_add(read as u64, Ordering::Relaxed);
         if before < PASSED_ON {
-            // If nobody reads it, it need not be read.
+            // If stderr is closed, the output is dropped.
             let _ = io::stderr().write_all(&buffer[..read]);
         }
     }
@@ -114,9 +115,9 @@ fn survivors() -> usize {
     loop {
         let any = WaitIdOptions::EXITED | WaitIdOptions::NOHANG;
         match rustix::process::waitid(WaitId::All, any) {
-            // Nobody is left.
+            // No process is left.
             Err(_) => return killed.len(),
-            // Somebody has ended; another may have.
+            // One process has ended; others may have ended, too.
             Ok(Some(_)) => continue,
             Ok(None) => {}
         }

@@ -1,4 +1,4 @@
-//! Where a participant departs from what was recorded of it.
+//! Differences between the outputs of a participant and the recorded ones.
 
 use lockstep::{ChannelId, Network};
 
@@ -100,7 +100,7 @@ impl Departures {
         for (word, (&old, &new)) in recorded.iter().zip(now).enumerate() {
             self.numbers += 1;
             let allowed = self.tolerance * old.abs().max(1.0);
-            // Written so that a number that is none differs.
+            // A comparison with NaN is false, so that NaN differs.
             if old.to_bits() == new.to_bits() || (self.tolerance > 0.0 && (new - old).abs() <= allowed) {
                 continue;
             }

@@ -1,9 +1,9 @@
 //! One participant against the recording of the others.
 
 mod departure;
-mod duet;
+mod replay_run;
 mod rerun;
 
 pub use departure::{Departures, FieldDeparture, FirstDeparture};
-pub use duet::{Duet, Setup};
+pub use replay_run::{ReplayRun, ReplaySetup};
 pub use rerun::{Outcome, rerun};

@@ -1,4 +1,4 @@
-//! One participant of a recorded run, once more.
+//! Runs one participant of a recorded run again.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +7,7 @@ use formation::scenario::Overrun;
 use processes::RunError;
 
 use super::Departures;
-use super::duet::{Duet, Setup};
+use super::replay_run::{ReplayRun, ReplaySetup};
 use crate::failure::Failure;
 use crate::recorded::RecordedSamples;
 use crate::run::control::{Pace, RunControl, TooLate};
@@ -17,7 +17,7 @@ use crate::run::recording::{create_log, header};
 use crate::run::swap::{RobotSwap, Swap};
 use recording::{LogPlace, Recorder, Summary};
 
-/// What came of it.
+/// The result of such a run.
 #[derive(Debug)]
 pub struct Outcome {
     /// How the participant departs from the recording.
@@ -31,12 +31,12 @@ pub struct Outcome {
 /// Runs the participant of `setup`, started by what `command` gives for a run in a directory, against the recording of the
 /// others, and compares what it publishes. With a robot for which time passes by itself, steps keep pace with the clock.
 ///
-/// The new run is recorded into `out`, if given, with those who played. Numbers within `tolerance` (see [`Departures::new`]) count as equal.
+/// The new run is recorded into `out`, if given, with the programs that took part. Numbers within `tolerance` (see [`Departures::new`]) count as equal.
 ///
 /// # Errors
 /// [`Failure`] if the processes cannot be started, or a log cannot be read or written.
 pub fn rerun(
-    setup: &Setup,
+    setup: &ReplaySetup,
     command: impl FnOnce(&Path) -> Result<Command, Failure>,
     tolerance: f64,
     out: Option<(&Path, &[Player])>,
@@ -50,7 +50,7 @@ pub fn rerun(
     if !samples.advance_to(0)? {
         return Err(samples.over(0).into());
     }
-    let Duet { mut conductor, .. } = Duet::start(setup, command, stop)?;
+    let ReplayRun { mut conductor, .. } = ReplayRun::start(setup, command, stop)?;
     let is_free = setup.robot.and_then(Swap::robot).is_some_and(RobotSwap::is_free);
     let overrun = assembly.scenario.overrun.unwrap_or(Overrun::Skip);
     let mut pace = is_free.then(|| Pace::new(timing.dt, 1.0, overrun));

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 /// Writes the project into a new folder of its name, and returns what to do next, in words.
 ///
 /// # Errors
-/// [`Failure::Usage`] if the name is not one, the folder exists, the checkout is none, or the scenario has no such participant;
+/// [`Failure::Usage`] if the name is invalid, the folder exists, the checkout is not one of Phalanx, or the scenario has no such participant;
 /// [`Failure::System`] if a file cannot be written.
 pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     let Order { name, role, .. } = order;

@@ -7,7 +7,7 @@ use lockstep::Layout;
 /// A signal of one agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Signal {
-    /// Who publishes it.
+    /// The participant that publishes it.
     pub(super) role: Role,
     /// Its name.
     pub(super) name: String,

@@ -19,7 +19,7 @@ use super::{POINTS, WIDTH, trajectories};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::show::figures::FigureFormat;
-use crate::show::view::{Grid, Subject};
+use crate::show::view::{Grid, LoggedRun};
 use catalog::{Across, Figure, Kind, Quantity, figures};
 use curves::{histories, integrated};
 
@@ -43,20 +43,20 @@ pub(crate) struct Missing {
 /// [`Failure::System`] if a file cannot be written, [`Failure::Usage`] if a log does not hold what a figure shows.
 pub(crate) fn write(
     catalog: &Catalog,
-    subjects: &[Subject],
+    runs: &[LoggedRun],
     folder: &Path,
     format: FigureFormat,
 ) -> Result<(Vec<PathBuf>, Vec<Missing>), Failure> {
     let (mut written, mut missing) = (Vec::new(), Vec::new());
     for figure in &figures(catalog).map_err(Failure::Usage)? {
-        let of = |variant: &String| subjects.iter().find(|subject| is(subject, &figure.scenario, variant));
-        let found: Vec<Option<&Subject>> = figure.variants.iter().map(of).collect();
-        let runs: Vec<&Subject> = found.iter().copied().flatten().collect();
+        let of = |variant: &String| runs.iter().find(|run| is(run, &figure.scenario, variant));
+        let found: Vec<Option<&LoggedRun>> = figure.variants.iter().map(of).collect();
+        let runs: Vec<&LoggedRun> = found.iter().copied().flatten().collect();
         if runs.is_empty() {
             continue;
         }
         if runs.len() < found.len() {
-            let absent = figure.variants.iter().zip(&found).filter(|(_, subject)| subject.is_none());
+            let absent = figure.variants.iter().zip(&found).filter(|(_, run)| run.is_none());
             missing.push(Missing {
                 number: figure.number.clone(),
                 scenario: figure.scenario.clone(),
@@ -72,11 +72,11 @@ pub(crate) fn write(
 }
 
 /// Whether this is a run of the variant of the scenario.
-fn is(subject: &Subject, scenario: &str, variant: &str) -> bool {
-    subject.scenario.as_ref().is_some_and(|own| own.name == scenario && own.variant == variant)
+fn is(run: &LoggedRun, scenario: &str, variant: &str) -> bool {
+    run.scenario.as_ref().is_some_and(|own| own.name == scenario && own.variant == variant)
 }
 
-fn draw(catalog: &Catalog, figure: &Figure, runs: &[&Subject]) -> Result<Scene, String> {
+fn draw(catalog: &Catalog, figure: &Figure, runs: &[&LoggedRun]) -> Result<Scene, String> {
     match figure.kind {
         Kind::Trajectories => trajectories::draw(runs[0]).ok_or("there are no positions".into()),
         Kind::Lines | Kind::Bands => Drawing::new(catalog, figure, runs)?.draw(),
@@ -85,7 +85,7 @@ fn draw(catalog: &Catalog, figure: &Figure, runs: &[&Subject]) -> Result<Scene, 
 
 /// A run with what its signals mean.
 struct Source<'a> {
-    subject: &'a Subject,
+    run: &'a LoggedRun,
     assembly: Assembly,
     variant: &'a str,
     grid: Grid,
@@ -101,23 +101,23 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    fn new(catalog: &'a Catalog, figure: &'a Figure, runs: &[&'a Subject]) -> Result<Self, String> {
-        let source = |(subject, variant): (&&'a Subject, &'a String)| {
-            let scenario = subject.scenario.clone().ok_or("the log holds no scenario")?;
+    fn new(catalog: &'a Catalog, figure: &'a Figure, runs: &[&'a LoggedRun]) -> Result<Self, String> {
+        let source = |(run, variant): (&&'a LoggedRun, &'a String)| {
+            let scenario = run.scenario.clone().ok_or("the log holds no scenario")?;
             let assembly =
                 Assembly::new(scenario, &catalog.roles).map_err(|_| "the scenario of the log is not valid")?;
-            let shown = |sample: &usize| figure.until.is_none_or(|end| subject.time(*sample) <= end + 1e-9);
-            let samples = (0..subject.samples()).take_while(shown).count();
-            Ok::<_, String>(Source { subject, assembly, variant, grid: Grid::new(samples, POINTS), samples })
+            let shown = |sample: &usize| figure.until.is_none_or(|end| run.time(*sample) <= end + 1e-9);
+            let samples = (0..run.samples()).take_while(shown).count();
+            Ok::<_, String>(Source { run, assembly, variant, grid: Grid::new(samples, POINTS), samples })
         };
         let sources = runs.iter().zip(&figure.variants).map(source).collect::<Result<Vec<_>, _>>()?;
-        let ends = sources.iter().map(|source| source.subject.time(source.samples - 1));
+        let ends = sources.iter().map(|source| source.run.time(source.samples - 1));
         let span = [0.0, ends.fold(0.0, f64::max)];
         Ok(Self { catalog, figure, sources, span })
     }
 
     fn draw(&self) -> Result<Scene, String> {
-        let subject = self.sources[0].subject;
+        let run = self.sources[0].run;
         let legend = if self.compares() {
             let entry = |(index, source): (usize, &Source)| Entry {
                 name: source.variant.into(),
@@ -126,7 +126,7 @@ impl<'a> Drawing<'a> {
             };
             self.sources.iter().enumerate().map(entry).collect()
         } else if self.figure.plots.iter().all(|plot| plot.across == Across::Each && plot.agents.is_none()) {
-            style::agents(subject)
+            style::agents(run)
         } else {
             Vec::new()
         };
@@ -137,7 +137,7 @@ impl<'a> Drawing<'a> {
         let apart = self.compares() && self.figure.plots.iter().all(|plot| plot.is_of_agents());
         if apart {
             let row = |place| self.figure.plots.iter().map(|plot| self.of_agent(plot, place)).collect();
-            let rows = (0..subject.agents.len()).map(row).collect::<Result<Vec<_>, String>>()?;
+            let rows = (0..run.agents.len()).map(row).collect::<Result<Vec<_>, String>>()?;
             let width = if self.figure.plots.len() > 1 { WIDE } else { WIDTH };
             return Ok(sheet::draw(rows, self.span, width, &legend));
         }
@@ -150,7 +150,7 @@ impl<'a> Drawing<'a> {
     }
 
     fn line(&self, source: &Source, values: &[f64], style: Option<usize>) -> Line {
-        let times = source.grid.points().iter().map(|&sample| source.subject.time(sample));
+        let times = source.grid.points().iter().map(|&sample| source.run.time(sample));
         Line {
             points: times.zip(source.grid.curve(|sample| values[sample])).collect(),
             colour: style::colour(style),
@@ -161,7 +161,7 @@ impl<'a> Drawing<'a> {
 
     /// What a plot shows of a run: one history, or one for each agent.
     fn values(&self, plot: &Quantity, source: &Source) -> Result<Vec<(usize, Vec<f64>)>, String> {
-        let mut all = histories(self.catalog, plot, source.variant, &source.assembly, &source.subject.log)?;
+        let mut all = histories(self.catalog, plot, source.variant, &source.assembly, &source.run.log)?;
         if plot.integral {
             let dt = source.assembly.scenario.context.timing.dt;
             all.iter_mut().for_each(|(_, values)| integrated(values, dt));
@@ -174,7 +174,7 @@ impl<'a> Drawing<'a> {
         match (context.input_limit.filter(|_| plot.limit), plot.pair) {
             (Some(limit), _) => vec![limit, -limit],
             (None, Some(pair)) => {
-                vec![pair.map(|number| self.sources[0].subject.radius(number - 1).unwrap_or(0.0)).iter().sum()]
+                vec![pair.map(|number| self.sources[0].run.radius(number - 1).unwrap_or(0.0)).iter().sum()]
             }
             (None, None) => Vec::new(),
         }
@@ -208,7 +208,7 @@ impl<'a> Drawing<'a> {
             let own = all.into_iter().filter(|(agent, _)| *agent == place);
             lines.extend(own.map(|(_, values)| self.line(source, &values, Some(index))));
         }
-        let label = self.sources[0].subject.agent_name(place);
+        let label = self.sources[0].run.agent_name(place);
         let title = if place == 0 { plot.title.clone() } else { String::new() };
         Ok(Plot { title, label, logarithmic: plot.log, lines, limits: self.limits(plot), ..Plot::default() })
     }
@@ -226,6 +226,6 @@ impl<'a> Drawing<'a> {
                 lines.push(self.line(source, &raised, None));
             }
         }
-        Ok(Plot { label: "agent".into(), rows: source.subject.agents.clone(), lines, ..Plot::default() })
+        Ok(Plot { label: "agent".into(), rows: source.run.agents.clone(), lines, ..Plot::default() })
     }
 }

@@ -1,4 +1,4 @@
-//! One browser: a state that never waits.
+//! One browser: a state machine that never blocks.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -8,46 +8,49 @@ use std::time::Instant;
 
 use rustix::event::PollFlags;
 
-use super::limits::{ANSWER, BACKLOG, LINGER, MOST_HEAD, PULSE, REQUEST, STALL};
+use super::limits::{
+    ANSWER_TIMEOUT, KEEP_ALIVE, LINGER_TIMEOUT, MAX_BACKLOG, MAX_HEAD_BYTES, REQUEST_TIMEOUT, STALL_TIMEOUT,
+};
 use super::request::{Parsed, Status, parse};
 
 /// Text that is sent to several browsers.
 pub(super) type Text = Arc<str>;
 
-/// A connection, and what it is busy with.
+/// A connection and its state.
 pub(super) struct Connection {
     stream: TcpStream,
     state: State,
     /// When the state began.
     since: Instant,
-    /// When anything was last sent or taken.
+    /// When a byte was last sent or received.
     moved: Instant,
 }
 
 enum State {
-    /// The head of a request is coming.
+    /// The head of a request is being received.
     Request(Vec<u8>),
-    /// An answer is being sent: its pieces, and how much of the first is sent.
+    /// An answer is being sent: its pieces, and how many bytes of the first are sent.
     Answer(VecDeque<Text>, usize),
-    /// Frames are being sent as they come; the same. `begun`: the head is sent; `last`: nothing comes after these.
+    /// Events are being sent: the same. `begun`: the head is sent; `last`: no event follows these.
     Stream { pieces: VecDeque<Text>, sent: usize, begun: bool, last: bool },
-    /// All is sent; what still comes is thrown away, so that the browser gets to read the answer. Whether it was a stream.
+    /// All is sent. What still arrives is read and dropped: closing a socket with unread input resets the connection, and the
+    /// browser might lose the answer.
     Linger { streamed: bool },
 }
 
-/// What a connection takes of the server.
+/// What a connection counts as, for the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Load {
+pub(super) enum ConnectionKind {
     Waiting,
     Answer,
     Stream,
 }
 
 impl Connection {
-    /// Of a browser that has just come.
+    /// A new connection.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// What the operating system reports.
     pub(super) fn new(stream: TcpStream, now: Instant) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
@@ -58,20 +61,20 @@ impl Connection {
         &self.stream
     }
 
-    /// When it began what it is busy with.
+    /// When its state began.
     pub(super) fn since(&self) -> Instant {
         self.since
     }
 
-    pub(super) fn load(&self) -> Load {
+    pub(super) fn kind(&self) -> ConnectionKind {
         match self.state {
-            State::Request(_) | State::Linger { .. } => Load::Waiting,
-            State::Answer(..) => Load::Answer,
-            State::Stream { .. } => Load::Stream,
+            State::Request(_) | State::Linger { .. } => ConnectionKind::Waiting,
+            State::Answer(..) => ConnectionKind::Answer,
+            State::Stream { .. } => ConnectionKind::Stream,
         }
     }
 
-    /// What it waits for.
+    /// The events that it waits for.
     pub(super) fn interest(&self) -> PollFlags {
         match &self.state {
             State::Request(_) | State::Linger { .. } => PollFlags::IN,
@@ -81,12 +84,12 @@ impl Connection {
         }
     }
 
-    /// Takes in what has come. `None`: nothing to be done about it; else the request, whole or refused.
+    /// Reads what has arrived. Returns a request, complete or refused, or `None`.
     ///
     /// # Errors
-    /// The connection is of no use any more.
+    /// The connection is closed or broken.
     pub(super) fn receive(&mut self, hosts: &[String], now: Instant) -> io::Result<Option<Parsed>> {
-        let mut bytes = [0; MOST_HEAD];
+        let mut bytes = [0; MAX_HEAD_BYTES];
         let count = match self.stream.read(&mut bytes) {
             Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
             Ok(count) => count,
@@ -94,7 +97,7 @@ impl Connection {
             Err(error) => return Err(error),
         };
         let State::Request(head) = &mut self.state else { return Ok(None) };
-        let room = MOST_HEAD - head.len();
+        let room = MAX_HEAD_BYTES - head.len();
         head.extend_from_slice(&bytes[..count.min(room)]);
         self.moved = now;
         match parse(head, hosts) {
@@ -120,11 +123,11 @@ impl Connection {
         self.enter(State::Stream { pieces: VecDeque::from([head.into()]), sent: 0, begun: false, last: false }, now);
     }
 
-    /// Adds a message to a stream; if too many wait already, only the newest is kept.
+    /// Adds a message to a stream. If [`MAX_BACKLOG`] messages wait already, they are dropped.
     pub(super) fn push(&mut self, message: &Text) {
         let State::Stream { pieces, sent, begun, last: false } = &mut self.state else { return };
-        if pieces.len() >= BACKLOG {
-            // One that has been begun must be ended.
+        if pieces.len() >= MAX_BACKLOG {
+            // A message of which a part is sent has to be completed.
             pieces.truncate(usize::from(*sent > 0 || !*begun));
         }
         pieces.push_back(message.clone());
@@ -138,10 +141,10 @@ impl Connection {
         }
     }
 
-    /// Sends as much as the browser takes.
+    /// Sends as much as the socket accepts.
     ///
     /// # Errors
-    /// The connection is of no use any more.
+    /// The connection is closed or broken.
     pub(super) fn send(&mut self, now: Instant) -> io::Result<()> {
         let (State::Answer(pieces, sent) | State::Stream { pieces, sent, .. }) = &mut self.state else { return Ok(()) };
         while let Some(piece) = pieces.front() {
@@ -167,27 +170,27 @@ impl Connection {
         Ok(())
     }
 
-    /// Whether this is a stream whose browser takes what is sent to it.
+    /// Whether this is a stream whose browser has received its beginning.
     pub(super) fn has_begun_stream(&self) -> bool {
         matches!(&self.state, State::Stream { begun: true, .. } | State::Linger { streamed: true })
     }
 
-    /// Whether it took too long. A silent stream is given a comment, so that a browser that has gone is found.
+    /// Whether it exceeds a limit. A silent stream sends a comment, so that a closed connection is noticed.
     pub(super) fn is_overdue(&mut self, now: Instant) -> bool {
         let (age, still) = (now.saturating_duration_since(self.since), now.saturating_duration_since(self.moved));
         match &mut self.state {
-            State::Request(_) => age > REQUEST,
-            State::Answer(..) => age > ANSWER || still > STALL,
-            State::Linger { .. } => age > LINGER,
+            State::Request(_) => age > REQUEST_TIMEOUT,
+            State::Answer(..) => age > ANSWER_TIMEOUT || still > STALL_TIMEOUT,
+            State::Linger { .. } => age > LINGER_TIMEOUT,
             State::Stream { pieces, .. } if pieces.is_empty() => {
-                if still > PULSE {
+                if still > KEEP_ALIVE {
                     pieces.push_back(":\n\n".into());
                     // The comment has as much time as any message.
                     self.moved = now;
                 }
                 false
             }
-            State::Stream { .. } => still > STALL,
+            State::Stream { .. } => still > STALL_TIMEOUT,
         }
     }
 

@@ -1,8 +1,8 @@
 //! The page of a run in a browser on this machine.
 //!
-//! One thread serves all browsers, and never waits for one: every connection is a state with limits of size and time, and what
-//! one browser does not take costs the others nothing. `httparse` reads the heads of requests; the rest of HTTP that a page and
-//! a stream of events need is less than a server that can more would need of options to be kept in check.
+//! One thread serves all browsers and never blocks on one: every connection is a state machine with limits of size and time, so
+//! that a slow browser does not delay the others. `httparse` parses the heads of requests; docs/architecture.md says why there is
+//! no HTTP server of a crate.
 
 mod connection;
 mod limits;
@@ -20,49 +20,49 @@ use rustix::event::{EventfdFlags, eventfd};
 use serde_json::{Value, json};
 
 use self::connection::Text;
-use self::limits::BACKLOG;
+use self::limits::MAX_BACKLOG;
 use self::server::Server;
-use super::spectator::{History, lock};
+use super::monitor::{History, lock};
 use crate::failure::Failure;
 use crate::show::report;
 
 /// The port that is tried first.
 const USUAL_PORT: u16 = 8467;
-/// How long browsers may take for the end.
-const FAREWELL: Duration = Duration::from_secs(3);
+/// How long browsers may take to receive the last message.
+const END_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// What is shown while no step is done.
+/// The page before the first step.
 const WAITING: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0.3\">\
 <title>Phalanx</title><link rel=\"icon\" href=\"data:,\"><p>The run is about to start.</p></html>";
 
 /// Serves the page until the program ends.
 pub(crate) struct Web {
-    desk: Arc<Desk>,
+    shared: Arc<SharedState>,
     address: SocketAddr,
 }
 
-/// What the thread of the server and the rest of the program share.
-struct Desk {
+/// State that the thread of the server shares with the rest of the program.
+struct SharedState {
     history: History,
     duration: f64,
-    /// Where this server is, as browsers say it.
+    /// The values of `Host` that name this server.
     hosts: [String; 2],
     outbox: Mutex<Outbox>,
-    /// Rung when there is something in the outbox.
-    bell: OwnedFd,
-    /// Whether any browser has come yet.
+    /// An eventfd that wakes the thread of the server when there is something in the outbox.
+    wakeup: OwnedFd,
+    /// Whether any browser has received a message.
     visited: AtomicBool,
-    /// Streams that have not been sent all yet.
+    /// Streams that are open.
     open: AtomicUsize,
     /// The last message, once the run is over.
-    farewell: Mutex<Option<Text>>,
+    last_message: Mutex<Option<Text>>,
 }
 
-/// What the streams have not been given yet.
+/// Messages that were not passed to the streams yet.
 #[derive(Default)]
 struct Outbox {
     messages: Vec<Text>,
-    /// The farewell is there.
+    /// The last message is due.
     ends: bool,
 }
 
@@ -79,20 +79,20 @@ impl Web {
         }?;
         let failed = || Failure::system("serve a page");
         let address = listener.local_addr().map_err(failed())?;
-        let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK);
-        let desk = Arc::new(Desk {
+        let wakeup = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK);
+        let shared = Arc::new(SharedState {
             history,
             duration,
             hosts: [address.to_string(), format!("localhost:{}", address.port())],
             outbox: Mutex::default(),
-            bell: bell.map_err(|error| failed()(error.into()))?,
+            wakeup: wakeup.map_err(|error| failed()(error.into()))?,
             visited: AtomicBool::new(false),
             open: AtomicUsize::new(0),
-            farewell: Mutex::new(None),
+            last_message: Mutex::new(None),
         });
-        let server = Server::new(desk.clone(), listener).map_err(failed())?;
+        let server = Server::new(shared.clone(), listener).map_err(failed())?;
         thread::Builder::new().name("web".into()).spawn(move || server.run()).map_err(failed())?;
-        Ok(Self { desk, address })
+        Ok(Self { shared, address })
     }
 
     /// Where the page is.
@@ -100,40 +100,40 @@ impl Web {
         format!("http://{}/", self.address)
     }
 
-    /// Whether any browser looks, so that frames are worth making.
+    /// Whether any browser watches, so that frames are needed.
     pub(crate) fn is_watched(&self) -> bool {
-        self.desk.open.load(SeqCst) > 0
+        self.shared.open.load(SeqCst) > 0
     }
 
-    /// Sends something to all browsers; one that does not keep up misses it.
+    /// Sends an event to all browsers. A browser that does not keep up misses it.
     pub(crate) fn send(&self, event: &str, data: &Value) {
         let message = message(event, data);
         {
-            let mut outbox = lock(&self.desk.outbox);
-            if outbox.messages.len() >= BACKLOG {
+            let mut outbox = lock(&self.shared.outbox);
+            if outbox.messages.len() >= MAX_BACKLOG {
                 outbox.messages.remove(0);
             }
             outbox.messages.push(message);
         }
-        self.desk.ring();
+        self.shared.wake();
     }
 
-    /// Tells all browsers, also those that come later, that the run is over and what its last frame was, and waits until
-    /// those that are there know. Returns whether there were any.
+    /// Sends the end of the run with its last frame to all browsers, also to those that connect later, and waits until the
+    /// connected ones have it. Returns whether there ever was one.
     pub(crate) fn end(&self, text: &str, last: Option<Value>) -> bool {
-        *lock(&self.desk.farewell) = Some(message("over", &json!({ "text": text, "frame": last })));
-        lock(&self.desk.outbox).ends = true;
-        self.desk.ring();
-        let patience = Instant::now() + FAREWELL;
-        while self.desk.open.load(SeqCst) > 0 && Instant::now() < patience {
+        *lock(&self.shared.last_message) = Some(message("over", &json!({ "text": text, "frame": last })));
+        lock(&self.shared.outbox).ends = true;
+        self.shared.wake();
+        let deadline = Instant::now() + END_TIMEOUT;
+        while self.shared.open.load(SeqCst) > 0 && Instant::now() < deadline {
             thread::sleep(Duration::from_millis(10));
         }
-        self.desk.visited.load(SeqCst)
+        self.shared.visited.load(SeqCst)
     }
 
-    /// Whether any browser has been told everything.
+    /// Whether a browser has received everything.
     pub(crate) fn is_done(&self) -> bool {
-        self.desk.visited.load(SeqCst) && self.desk.open.load(SeqCst) == 0
+        self.shared.visited.load(SeqCst) && self.shared.open.load(SeqCst) == 0
     }
 }
 
@@ -141,11 +141,11 @@ fn message(event: &str, data: &Value) -> Text {
     format!("event: {event}\ndata: {data}\n\n").into()
 }
 
-impl Desk {
+impl SharedState {
     /// Wakes the thread of the server.
-    fn ring(&self) {
-        // Full only if it has been rung 2^64 times without being heard.
-        let _ = rustix::io::write(&self.bell, &1u64.to_ne_bytes());
+    fn wake(&self) {
+        // Fails only if the counter of the eventfd is full, after 2^64 calls; the thread is awake then.
+        let _ = rustix::io::write(&self.wakeup, &1u64.to_ne_bytes());
     }
 
     fn page(&self) -> String {

@@ -1,15 +1,15 @@
-//! The head of a request, and what is wrong with one.
+//! Parses and checks the head of a request.
 
-use super::limits::{MOST_HEAD, MOST_HEADERS};
+use super::limits::{MAX_HEAD_BYTES, MAX_HEADERS};
 
 /// What there is of a request so far.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Parsed {
-    /// The head has not come to its end yet.
+    /// The head is not complete yet.
     Partial,
     /// A request for a page of this server.
     Request(Target),
-    /// Anything else, with what is answered.
+    /// Anything else, with the answer.
     Refused(Status, &'static str),
 }
 
@@ -51,13 +51,13 @@ impl Status {
     }
 }
 
-/// Reads the head of a request. `hosts` is where this server is, as browsers say it.
+/// Parses the head of a request. `hosts` are the values of `Host` that name this server.
 pub(super) fn parse(bytes: &[u8], hosts: &[String]) -> Parsed {
-    let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+    let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(bytes) {
         Ok(httparse::Status::Complete(_)) => judge(&request, hosts),
-        Ok(httparse::Status::Partial) if bytes.len() < MOST_HEAD => Parsed::Partial,
+        Ok(httparse::Status::Partial) if bytes.len() < MAX_HEAD_BYTES => Parsed::Partial,
         Ok(httparse::Status::Partial) | Err(httparse::Error::TooManyHeaders) => {
             Parsed::Refused(Status::HeadTooLarge, "The head of a request may have 8 KiB and 64 fields.\n")
         }
@@ -68,7 +68,7 @@ pub(super) fn parse(bytes: &[u8], hosts: &[String]) -> Parsed {
 fn judge(request: &httparse::Request, hosts: &[String]) -> Parsed {
     let find = |name: &str| request.headers.iter().find(|header| header.name.eq_ignore_ascii_case(name));
     let is_ours = |value: &[u8]| hosts.iter().any(|host| value == host.as_bytes());
-    // A page of another site that a browser takes for one of this address must not read this.
+    // DNS rebinding: another site whose name points to this address must not read the page.
     if !find("Host").is_some_and(|host| is_ours(host.value)) {
         return Parsed::Refused(Status::Forbidden, "This page is for browsers on this machine.\n");
     }
@@ -125,6 +125,9 @@ mod tests {
         let endless: String =
             (0..300).map(|number| format!("X-{number}: and so on and so forth and so on\r\n")).collect();
         assert_eq!(refusal(&format!("GET / HTTP/1.1\r\n{endless}")), Some(Status::HeadTooLarge));
-        assert_eq!(refusal(&format!("GET / HTTP/1.1\r\nX: {}", "y".repeat(MOST_HEAD))), Some(Status::HeadTooLarge));
+        assert_eq!(
+            refusal(&format!("GET / HTTP/1.1\r\nX: {}", "y".repeat(MAX_HEAD_BYTES))),
+            Some(Status::HeadTooLarge)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The thread that serves all browsers: one poll over all of them, which nothing and nobody can hold up.
+//! The thread that serves all browsers: one poll over all connections, none of which can block it.
 
 use std::io;
 use std::net::TcpListener;
@@ -8,22 +8,22 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::connection::{Connection, Load, Text};
-use super::limits::{FRESH, MOST_ANSWERS, MOST_STREAMS, MOST_WAITING, TICK};
+use super::connection::{Connection, ConnectionKind, Text};
+use super::limits::{CHECK_INTERVAL, MAX_ANSWERS, MAX_STREAMS, MAX_WAITING, PAGE_LIFETIME};
 use super::request::{Parsed, Status, Target};
-use super::{Desk, lock};
+use super::{SharedState, lock};
 
 const HTML: &str = "text/html";
 const PLAIN: &str = "text/plain";
 
 /// Serves the page; lives in its thread.
 pub(super) struct Server {
-    desk: Arc<Desk>,
+    shared: Arc<SharedState>,
     listener: TcpListener,
     connections: Vec<Connection>,
     /// The newest page, and when it was made.
     page: Option<(Instant, Text)>,
-    /// Nothing is accepted before: there were no descriptors left.
+    /// No connection is accepted before this time: the process had no file descriptor left.
     rest_until: Option<Instant>,
 }
 
@@ -31,10 +31,10 @@ impl Server {
     /// Serves on a listener.
     ///
     /// # Errors
-    /// What the operating system says.
-    pub(super) fn new(desk: Arc<Desk>, listener: TcpListener) -> io::Result<Self> {
+    /// What the operating system reports.
+    pub(super) fn new(shared: Arc<SharedState>, listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self { desk, listener, connections: Vec::new(), page: None, rest_until: None })
+        Ok(Self { shared, listener, connections: Vec::new(), page: None, rest_until: None })
     }
 
     /// Serves until the program ends.
@@ -53,35 +53,35 @@ impl Server {
         }
     }
 
-    /// Waits until something happens, or for a look at the limits; which connections have something to read.
+    /// Waits until a file is ready or the limits have to be checked. Returns which connections can be read.
     fn wait(&self) -> Vec<bool> {
         let resting = self.rest_until.is_some();
         let interest = if resting { PollFlags::empty() } else { PollFlags::IN };
-        let mut files = vec![PollFd::new(&self.desk.bell, PollFlags::IN), PollFd::new(&self.listener, interest)];
+        let mut files = vec![PollFd::new(&self.shared.wakeup, PollFlags::IN), PollFd::new(&self.listener, interest)];
         files.extend(self.connections.iter().map(|connection| PollFd::new(connection.stream(), connection.interest())));
-        let timeout = (resting || !self.connections.is_empty()).then(|| timespec(TICK));
-        // Interrupted by a signal: the next round is as good.
+        let timeout = (resting || !self.connections.is_empty()).then(|| timespec(CHECK_INTERVAL));
+        // A signal may interrupt it; the next round finds the same.
         let _ = poll(&mut files, timeout.as_ref());
         let readable = PollFlags::IN | PollFlags::HUP | PollFlags::ERR;
         let ready = files[2..].iter().map(|file| file.revents().intersects(readable)).collect();
         if !files[0].revents().is_empty() {
-            let _ = rustix::io::read(&self.desk.bell, &mut [0; 8]);
+            let _ = rustix::io::read(&self.shared.wakeup, &mut [0; 8]);
         }
         ready
     }
 
-    /// Takes in what has come, and begins to answer.
+    /// Reads what has arrived and begins to answer.
     fn serve(&mut self, ready: &[bool], now: Instant) {
         let mut ready = ready.iter();
         for mut connection in std::mem::take(&mut self.connections) {
             let asked = match ready.next() {
-                Some(true) => connection.receive(&self.desk.hosts, now),
+                Some(true) => connection.receive(&self.shared.hosts, now),
                 _ => Ok(None),
             };
             match asked {
                 Ok(Some(parsed)) => self.answer(&mut connection, parsed, now),
                 Ok(None) => {}
-                // A browser may go away at any time.
+                // A browser may close its connection at any time.
                 Err(_) => continue,
             }
             self.connections.push(connection);
@@ -93,42 +93,42 @@ impl Server {
             Parsed::Partial => {}
             Parsed::Refused(status, words) => connection.answer(status, PLAIN, words.into(), now),
             Parsed::Request(Target::Page) => {
-                self.make_room(Load::Answer, MOST_ANSWERS);
+                self.make_room(ConnectionKind::Answer, MAX_ANSWERS);
                 connection.answer(Status::Ok, HTML, self.page(now), now);
             }
-            Parsed::Request(Target::Events) if self.count(Load::Stream) >= MOST_STREAMS => {
+            Parsed::Request(Target::Events) if self.count(ConnectionKind::Stream) >= MAX_STREAMS => {
                 connection.answer(Status::Busy, PLAIN, "Too many browsers watch this run.\n".into(), now);
             }
             Parsed::Request(Target::Events) => {
                 connection.begin_stream(now);
-                if let Some(farewell) = &*lock(&self.desk.farewell) {
-                    connection.conclude(farewell);
+                if let Some(last_message) = &*lock(&self.shared.last_message) {
+                    connection.conclude(last_message);
                 }
             }
         }
     }
 
-    /// The page of now, or one that is not much older.
+    /// The current page, or one that is at most [`PAGE_LIFETIME`] old.
     fn page(&mut self, now: Instant) -> Text {
         match &self.page {
-            Some((made, page)) if now.saturating_duration_since(*made) < FRESH => page.clone(),
+            Some((made, page)) if now.saturating_duration_since(*made) < PAGE_LIFETIME => page.clone(),
             _ => {
-                let page: Text = self.desk.page().into();
+                let page: Text = self.shared.page().into();
                 self.page = Some((now, page.clone()));
                 page
             }
         }
     }
 
-    /// Gives all streams what has been sent since the last time.
+    /// Passes what is in the outbox to all streams.
     fn pass_on(&mut self) {
-        let mut outbox = lock(&self.desk.outbox);
+        let mut outbox = lock(&self.shared.outbox);
         let messages = std::mem::take(&mut outbox.messages);
-        let farewell = std::mem::take(&mut outbox.ends).then(|| lock(&self.desk.farewell).clone()).flatten();
+        let last_message = std::mem::take(&mut outbox.ends).then(|| lock(&self.shared.last_message).clone()).flatten();
         drop(outbox);
-        for connection in self.connections.iter_mut().filter(|connection| connection.load() == Load::Stream) {
+        for connection in self.connections.iter_mut().filter(|connection| connection.kind() == ConnectionKind::Stream) {
             messages.iter().for_each(|message| connection.push(message));
-            farewell.iter().for_each(|message| connection.conclude(message));
+            last_message.iter().for_each(|message| connection.conclude(message));
         }
     }
 
@@ -136,43 +136,43 @@ impl Server {
         if self.rest_until.is_some() {
             return;
         }
-        // So many at once, so that those that are there have their turn, too.
-        for _ in 0..MOST_WAITING {
+        // At most so many at once, so that a flood of new connections does not delay those that are being served.
+        for _ in 0..MAX_WAITING {
             match self.listener.accept() {
                 Ok((stream, _)) => {
-                    self.make_room(Load::Waiting, MOST_WAITING);
+                    self.make_room(ConnectionKind::Waiting, MAX_WAITING);
                     self.connections.extend(Connection::new(stream, now).ok());
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
                 Err(_) => {
-                    self.rest_until = Some(now + TICK);
+                    self.rest_until = Some(now + CHECK_INTERVAL);
                     return;
                 }
             }
         }
     }
 
-    /// Closes the oldest connection of this kind if there are as many as there may be.
-    fn make_room(&mut self, load: Load, most: usize) {
-        if self.count(load) < most {
+    /// Closes the oldest connection of this kind if there are already `most`.
+    fn make_room(&mut self, kind: ConnectionKind, most: usize) {
+        if self.count(kind) < most {
             return;
         }
-        let alike = self.connections.iter().enumerate().filter(|(_, connection)| connection.load() == load);
+        let alike = self.connections.iter().enumerate().filter(|(_, connection)| connection.kind() == kind);
         if let Some((oldest, _)) = alike.min_by_key(|(_, connection)| connection.since()) {
             self.connections.swap_remove(oldest);
         }
     }
 
-    fn count(&self, load: Load) -> usize {
-        self.connections.iter().filter(|connection| connection.load() == load).count()
+    fn count(&self, kind: ConnectionKind) -> usize {
+        self.connections.iter().filter(|connection| connection.kind() == kind).count()
     }
 
-    /// Tells the rest of the program how many streams there are, and whether there ever was one.
+    /// Publishes how many streams there are, and whether there ever was one.
     fn report(&self) {
-        self.desk.open.store(self.count(Load::Stream), SeqCst);
+        self.shared.open.store(self.count(ConnectionKind::Stream), SeqCst);
         if self.connections.iter().any(Connection::has_begun_stream) {
-            self.desk.visited.store(true, SeqCst);
+            self.shared.visited.store(true, SeqCst);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What has been seen of a run.
+//! Samples of a run that is going on.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use processes::{Monitor, MonitorError, RunDirectory};
 
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::show::view::{Grid, Subject, panels};
+use crate::show::view::{Grid, LoggedRun, panels};
 use recording::Log;
 
 /// Steps that are remembered, if a step has few numbers.
@@ -21,25 +21,25 @@ const LEAST_STEPS: usize = 200;
 /// Numbers that are remembered.
 const MOST_NUMBERS: usize = 2_000_000;
 
-/// What has been seen of a run so far, thinned out; shared with the thread that hands out pages.
-pub(crate) type History = Arc<Mutex<Subject>>;
+/// The samples of a run so far, thinned out; shared with the thread that serves pages.
+pub(crate) type History = Arc<Mutex<LoggedRun>>;
 
-/// Somebody who looks at a run.
-pub(crate) struct Spectator {
+/// Reads the samples of a run that is going on, without the run noticing.
+pub(crate) struct RunMonitor {
     monitor: Monitor,
     /// Length of the run, s.
     pub(crate) duration: f64,
     period: Period,
-    /// The step that was seen last.
+    /// The newest step that was read.
     newest: Option<u64>,
     /// That step alone.
-    now: Subject,
+    now: LoggedRun,
     history: History,
     /// Steps that the history may hold.
     limit: usize,
 }
 
-impl Spectator {
+impl RunMonitor {
     /// Joins a run whose participants are processes.
     ///
     /// # Errors
@@ -61,9 +61,9 @@ impl Spectator {
         let monitor = Monitor::join(run, network).map_err(|error| match error {
             MonitorError::Over(run) => Failure::Usage(format!("the run {run} is over")),
             MonitorError::Directory(error) => error.into(),
-            MonitorError::Service(error) => {
-                Failure::Usage(format!("nobody can look at the run {run}: {error}; do too many watch it already?"))
-            }
+            MonitorError::Service(error) => Failure::Usage(format!(
+                "the run {run} cannot be watched: {error}; too many processes may watch it already"
+            )),
         })?;
         let timing = scenario.context.timing;
         Ok(Self {
@@ -72,8 +72,8 @@ impl Spectator {
             period: timing.period(),
             newest: None,
             limit: (MOST_NUMBERS / empty.width().max(1)).clamp(LEAST_STEPS, MOST_STEPS),
-            now: Subject::growing(empty.clone(), scenario.clone()),
-            history: Arc::new(Mutex::new(Subject::growing(empty, scenario))),
+            now: LoggedRun::growing(empty.clone(), scenario.clone()),
+            history: Arc::new(Mutex::new(LoggedRun::growing(empty, scenario))),
         })
     }
 
@@ -106,11 +106,11 @@ impl Spectator {
     }
 
     /// The step that was seen last, with nothing before it; `None` if none was.
-    pub(crate) fn now(&self) -> Option<&Subject> {
+    pub(crate) fn now(&self) -> Option<&LoggedRun> {
         self.newest.map(|_| &self.now)
     }
 
-    /// All that is remembered.
+    /// All samples that are kept.
     pub(crate) fn history(&self) -> History {
         self.history.clone()
     }
@@ -125,7 +125,7 @@ impl Spectator {
     }
 }
 
-/// A panic elsewhere leaves nothing half-done.
+/// Locks a mutex, also after a panic of another thread: no change under these locks has steps that depend on each other.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

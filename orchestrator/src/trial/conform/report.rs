@@ -1,15 +1,15 @@
-//! What is found out about a program.
+//! The result of a conformance test: one check for each point of the contract.
 
-/// What came of a point of the contract.
+/// The result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It is kept.
+    /// The requirement is met.
     Pass,
-    /// It is broken.
+    /// It is not met.
     Fail,
-    /// Nothing to keep or to break; good to know.
+    /// Information without a requirement.
     Note,
-    /// Could not be tried, because an earlier point is broken.
+    /// Could not be checked, because an earlier check failed.
     Untried,
 }
 
@@ -25,29 +25,29 @@ impl Verdict {
     }
 }
 
-/// A point of the contract.
+/// A check of one point of the contract.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Point {
+pub struct Check {
     /// Its name, one word; stable, for programs.
     pub name: &'static str,
-    /// What is demanded.
-    pub demand: &'static str,
-    /// What came of it.
+    /// What is required.
+    pub requirement: &'static str,
+    /// The result.
     pub verdict: Verdict,
     /// What was seen.
     pub finding: String,
-    /// What to do about it; empty if it is kept.
+    /// What to do about it; empty if it passes.
     pub advice: &'static str,
 }
 
-/// All points, in the order in which they were tried.
+/// All checks, in the order in which they were made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Report {
-    /// The points.
-    pub points: Vec<Point>,
+    /// The checks.
+    pub checks: Vec<Check>,
 }
 
-/// The points: name, demand, what to do if it is broken.
+/// The points of the contract: name, requirement, what to do if it is not met.
 const CONTRACT: &[(&str, &str, &str)] = &[
     (
         "start",
@@ -116,39 +116,40 @@ const CONTRACT: &[(&str, &str, &str)] = &[
 ];
 
 impl Report {
-    /// Adds what was found about the point called `name`.
+    /// Adds a check of the point called `name`.
     ///
     /// # Panics
     /// If the contract has no such point.
     pub(super) fn add(&mut self, name: &str, verdict: Verdict, finding: impl Into<String>) {
-        let (name, demand, advice) = *CONTRACT.iter().find(|point| point.0 == name).expect("a point of the contract");
+        let (name, requirement, advice) =
+            *CONTRACT.iter().find(|check| check.0 == name).expect("a point of the contract");
         let advice = if verdict == Verdict::Fail { advice } else { "" };
-        self.points.push(Point { name, demand, verdict, finding: finding.into(), advice });
+        self.checks.push(Check { name, requirement, verdict, finding: finding.into(), advice });
     }
 
-    /// Adds what was found, with advice that belongs to just that.
+    /// Adds a check with its own advice.
     ///
     /// # Panics
     /// See [`Report::add`].
     pub(super) fn add_with(&mut self, name: &str, verdict: Verdict, finding: String, advice: &'static str) {
         self.add(name, verdict, finding);
-        if let Some(point) = self.points.last_mut() {
-            point.advice = advice;
+        if let Some(check) = self.checks.last_mut() {
+            check.advice = advice;
         }
     }
 
-    /// Adds a point that is kept, or not.
+    /// Adds a check that passes or fails.
     pub(super) fn judge(&mut self, name: &str, kept: bool, finding: impl Into<String>) {
         self.add(name, if kept { Verdict::Pass } else { Verdict::Fail }, finding);
     }
 
-    /// Adds points that could not be tried.
+    /// Adds checks that could not be made.
     pub(super) fn skip(&mut self, names: &[&str], reason: &str) {
         names.iter().for_each(|name| self.add(name, Verdict::Untried, reason));
     }
 
-    /// Whether every point was tried, and none is broken.
+    /// Whether every check was made and none failed.
     pub fn ok(&self) -> bool {
-        self.points.iter().all(|point| matches!(point.verdict, Verdict::Pass | Verdict::Note))
+        self.checks.iter().all(|check| matches!(check.verdict, Verdict::Pass | Verdict::Note))
     }
 }

@@ -13,18 +13,18 @@ use crate::failure::Failure;
 use crate::recorded::RecordedSamples;
 use crate::run::control::RunControl;
 use crate::run::engine::warn_of_leftovers;
-use crate::trial::replay::{Departures, Duet, Setup};
+use crate::trial::replay::{Departures, ReplayRun, ReplaySetup};
 
 /// Longest reason that is passed on, in characters.
 const LONGEST_REASON: usize = 400;
 
-/// What came of it.
-pub(super) struct Trial {
+/// Its result.
+pub(super) struct TestRun {
     /// How long it took to connect; `None` if it did not.
     pub(super) connected: Option<Duration>,
     /// Steps that were answered.
     pub(super) steps: u64,
-    /// Why it did not go on.
+    /// Why it stopped early.
     pub(super) stopped: Option<RunError>,
     /// What it published: the numbers of all its channels, step by step.
     pub(super) outputs: Vec<f64>,
@@ -34,26 +34,26 @@ pub(super) struct Trial {
     pub(super) touched: Departures,
     /// How its outputs depart from the recording.
     pub(super) departures: Departures,
-    /// How long its steps took, in no order.
+    /// Durations of its steps, in no particular order.
     pub(super) lengths: Vec<Duration>,
-    /// Whether it ended by itself after the last step, before anybody told it to.
+    /// Whether it ended after the last step by itself, before it was asked to.
     pub(super) ended_by_itself: bool,
     /// How it ended; `None` if it had to be killed.
     pub(super) end: Option<End>,
 }
 
 /// Starts the program and has it do all steps, or `stop_after` of them.
-pub(super) fn attempt(
-    setup: &Setup,
+pub(super) fn test_run(
+    setup: &ReplaySetup,
     words: &[String],
     stop_after: Option<u64>,
     folder: &Path,
-) -> Result<Trial, Failure> {
+) -> Result<TestRun, Failure> {
     let (scenario, network) = (&setup.assembly.scenario, setup.network);
     let (periods, dt) = (scenario.context.timing.periods(), scenario.context.timing.dt);
     let status: PathBuf = folder.join("status.json");
     let _ = std::fs::remove_file(&status);
-    let mut trial = Trial {
+    let mut run = TestRun {
         connected: None,
         steps: 0,
         stopped: None,
@@ -68,52 +68,52 @@ pub(super) fn attempt(
     let mut command = Command::new(std::env::current_exe().map_err(Failure::system("find this program"))?);
     command.arg("supervise").arg(&status).arg("--").args(words);
     let start = Instant::now();
-    let duet = match Duet::start(setup, |_| Ok(command), &RunControl::new()) {
-        Ok(duet) => duet,
+    let replay = match ReplayRun::start(setup, |_| Ok(command), &RunControl::new()) {
+        Ok(replay) => replay,
         Err(Failure::Run(error)) => {
-            trial.stopped = Some(error);
-            trial.end = End::read(&status);
-            return Ok(trial);
+            run.stopped = Some(error);
+            run.end = End::read(&status);
+            return Ok(run);
         }
         Err(other) => return Err(other),
     };
-    trial.connected = Some(start.elapsed());
+    run.connected = Some(start.elapsed());
     let all: Vec<usize> = (0..network.nodes.len()).collect();
     // With signals of other names there is nothing to compare with; such a program should not have come this far.
     let mut samples = RecordedSamples::open(setup.log, scenario, &setup.assembly.network, &all)?;
-    let mut conductor = duet.conductor;
+    let mut conductor = replay.conductor;
     for step in 0..=periods {
         if stop_after.is_some_and(|last| step == last) || !samples.advance_to(step)? {
             break;
         }
         if let Err(error) = conductor.step() {
-            trial.stopped = Some(error);
+            run.stopped = Some(error);
             break;
         }
-        trial.steps = step + 1;
+        run.steps = step + 1;
         for (node, place) in network.nodes.iter().enumerate() {
             for &channel in &place.outputs {
                 let (recorded, now) = (samples.words(channel), conductor.store().read(channel, step));
-                trial.look(setup, node, channel, step, recorded, now);
+                run.look(setup, node, channel, step, recorded, now);
             }
         }
     }
-    if trial.steps == periods + 1 {
+    if run.steps == periods + 1 {
         let limit = Instant::now() + setup.start_timeout;
         while End::read(&status).is_none() && Instant::now() < limit {
             thread::sleep(Duration::from_millis(5));
         }
-        trial.ended_by_itself = End::read(&status).is_some();
+        run.ended_by_itself = End::read(&status).is_some();
     }
     let spans = conductor.statistics().spans();
-    trial.lengths = spans.iter().filter(|span| span.worker == duet.worker).map(|span| span.length).collect();
+    run.lengths = spans.iter().filter(|span| span.worker == replay.worker).map(|span| span.length).collect();
     warn_of_leftovers(conductor.finish())?;
-    trial.end = End::read(&status);
-    Ok(trial)
+    run.end = End::read(&status);
+    Ok(run)
 }
 
-impl Trial {
-    fn look(&mut self, setup: &Setup, node: usize, channel: ChannelId, step: u64, recorded: &[f64], now: &[f64]) {
+impl TestRun {
+    fn look(&mut self, setup: &ReplaySetup, node: usize, channel: ChannelId, step: u64, recorded: &[f64], now: &[f64]) {
         if node == setup.only {
             self.departures.compare(setup.network, channel, step, recorded, now);
             self.outputs.extend_from_slice(now);
@@ -136,7 +136,7 @@ impl Trial {
         }
     }
 
-    /// Why it did not go on, in words.
+    /// Why it stopped early, in words.
     pub(super) fn reason(&self) -> String {
         let crashed = self.end.as_ref().filter(|end| end.not_started.is_some() || end.signal.is_some());
         match (&self.stopped, crashed) {

@@ -1,4 +1,4 @@
-//! A program started by itself, outside any run.
+//! A program that is started outside any run.
 
 use std::fs::File;
 use std::io::Read;
@@ -17,11 +17,11 @@ const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
 const WORKER: &str = "PHALANX_WORKER";
 const PAGE_FD: &str = "PHALANX_PAGE_FD";
 
-/// As much is read of what a program prints, bytes: its first line is shown.
+/// Bytes that are read of the output of a program, of which the first line is shown.
 const SHOWN: u64 = 1 << 16;
 
 /// What a program does outside a run.
-pub(super) struct Probe {
+pub(super) struct StandaloneRun {
     /// How it ended; `None` if it did not.
     pub(super) end: Option<End>,
     /// How what it printed begins.
@@ -30,7 +30,7 @@ pub(super) struct Probe {
     pub(super) computed: Duration,
 }
 
-impl Probe {
+impl StandaloneRun {
     /// Whether it refused in words, and ended by itself.
     pub(super) fn refused(&self) -> bool {
         let code = self.end.as_ref().and_then(|end| end.code);
@@ -53,19 +53,19 @@ impl Probe {
 }
 
 /// Starts `words` with the plan in `directory`, or without a plan, and waits for its end.
-pub(super) fn probe(
+pub(super) fn run_standalone(
     words: &[String],
     directory: Option<&Path>,
     folder: &Path,
     patience: Duration,
-) -> Result<Probe, Failure> {
+) -> Result<StandaloneRun, Failure> {
     let path = folder.join("printed.txt");
     let failed = || Failure::system(format!("write {}", path.display()));
     let file = File::create(&path).map_err(failed())?;
     let mut command = Command::new(&words[0]);
     command.args(&words[1..]).stdin(Stdio::null()).stderr(file.try_clone().map_err(failed())?).stdout(file);
     match directory {
-        // The page is the empty stdin: a program that gets as far as to map it finds that it is none.
+        // The shared page is the empty stdin: a program that maps it finds that it is not a page.
         Some(directory) => command.env(RUN_DIRECTORY, directory).env(WORKER, "0").env(PAGE_FD, "0"),
         None => command.env_remove(RUN_DIRECTORY).env_remove(WORKER).env_remove(PAGE_FD),
     };
@@ -74,7 +74,7 @@ pub(super) fn probe(
         Ok(child) => child,
         Err(error) => {
             let end = End { not_started: Some(error.to_string()), ..End::default() };
-            return Ok(Probe { end: Some(end), printed: String::new(), computed: Duration::ZERO });
+            return Ok(StandaloneRun { end: Some(end), printed: String::new(), computed: Duration::ZERO });
         }
     };
     let (pid, start) = (Pid::from_child(&child), Instant::now());
@@ -93,7 +93,7 @@ pub(super) fn probe(
     let mut printed = Vec::new();
     File::open(&path).and_then(|file| file.take(SHOWN).read_to_end(&mut printed)).map_err(failed())?;
     let printed = String::from_utf8_lossy(&printed).into_owned();
-    Ok(Probe { end, printed, computed })
+    Ok(StandaloneRun { end, printed, computed })
 }
 
 /// What the kernel counts for a process; nothing if it does not tell.

@@ -1,4 +1,4 @@
-//! One participant with the recording of all others.
+//! One participant in a run with the recording of all others.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,22 +16,22 @@ use crate::run::swap::{Swap, own_program, recording_command};
 /// Name of the process that plays the others.
 const OTHERS: &str = "recording";
 
-/// What a participant is to be run against, and how.
+/// The recording that a participant is run with, and how.
 #[derive(Clone, Copy)]
-pub struct Setup<'a> {
+pub struct ReplaySetup<'a> {
     /// The scenario.
     pub assembly: &'a Assembly,
-    /// Its network, or one that is taken for it.
+    /// Its network, or one with other signals for a test.
     pub network: &'a Network,
-    /// The log that the others are played from.
+    /// The log with the samples of the others.
     pub log: &'a Path,
-    /// Number of the node that is not played.
+    /// Number of the node that is run again.
     pub only: usize,
-    /// The robot that is this node, if one is.
+    /// The robot that takes the place of this node, if there is one.
     pub robot: Option<&'a Swap>,
-    /// What the others are to be multiplied by, for inputs out of all bounds; 1 leaves them as recorded.
+    /// Factor of the recorded samples; a large one takes inputs out of all bounds, 1 leaves them as recorded.
     pub factor: f64,
-    /// How the processes are treated.
+    /// Time-outs and other settings of the conductor.
     pub settings: Settings,
     /// How long they may take to connect.
     pub start_timeout: Duration,
@@ -42,41 +42,41 @@ pub struct Setup<'a> {
 }
 
 /// A participant, a process that plays all others, and their conductor, ready for the first step.
-pub struct Duet {
-    /// Beats the time.
+pub struct ReplayRun {
+    /// Opens every step and waits for its end.
     pub conductor: Conductor,
     /// Number of the worker that hosts the participant.
     pub worker: usize,
 }
 
-impl Duet {
+impl ReplayRun {
     /// Starts the participant, by the command that `command` gives for a run in a directory, and the others.
     ///
     /// # Errors
     /// [`Failure::Run`] if a process cannot be started or does not connect, [`Failure::System`], and those of `command`.
     pub fn start(
-        setup: &Setup,
+        setup: &ReplaySetup,
         command: impl FnOnce(&Path) -> Result<Command, Failure>,
         stop: &RunControl,
     ) -> Result<Self, Failure> {
-        let mut duet = Self::prepare(setup)?;
-        let command = command(duet.conductor.directory().path())?;
-        stop.attach(duet.conductor.interrupt());
+        let mut replay = Self::prepare(setup)?;
+        let command = command(replay.conductor.directory().path())?;
+        stop.attach(replay.conductor.interrupt());
         let others = recording_command(&own_program()?, setup.log, setup.factor);
-        duet.conductor.spawn(1 - duet.worker, others, setup.core)?;
-        duet.conductor.spawn(duet.worker, command, setup.core)?;
-        duet.conductor.wait_ready(setup.start_timeout)?;
+        replay.conductor.spawn(1 - replay.worker, others, setup.core)?;
+        replay.conductor.spawn(replay.worker, command, setup.core)?;
+        replay.conductor.wait_ready(setup.start_timeout)?;
         if let Some(core) = setup.core {
             pin_to_core(core).map_err(Failure::system("pin to a core"))?;
         }
-        Ok(duet)
+        Ok(replay)
     }
 
-    /// The run directory with all that processes need, and nobody started yet.
+    /// The run directory with all that the processes need, before any of them is started.
     ///
     /// # Errors
-    /// As those of [`Duet::start`].
-    pub fn prepare(setup: &Setup) -> Result<Self, Failure> {
+    /// As those of [`ReplayRun::start`].
+    pub fn prepare(setup: &ReplaySetup) -> Result<Self, Failure> {
         let scenario = &setup.assembly.scenario;
         let robots = setup.robot.map(std::slice::from_ref).unwrap_or_default();
         let network = with_hands(setup.network, robots);

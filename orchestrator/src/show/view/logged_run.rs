@@ -15,7 +15,7 @@ use crate::run::players::Player;
 use recording::{Log, Series};
 
 /// A recorded run with its scenario, as far as there is one.
-pub struct Subject {
+pub struct LoggedRun {
     /// The log.
     pub log: Log,
     /// The scenario that it holds; `None` if it holds none, or one that this program does not read.
@@ -32,8 +32,8 @@ pub struct Subject {
     pub growing: bool,
 }
 
-impl Subject {
-    /// Reads the log `path`. A log without a readable scenario still has its signals; [`Subject::caveats`] says so.
+impl LoggedRun {
+    /// Reads the log `path`. A log without a readable scenario still has its signals; [`LoggedRun::caveats`] says so.
     ///
     /// # Errors
     /// [`Failure::Log`] if it cannot be read, [`Failure::Usage`] if there is no complete step in it.
