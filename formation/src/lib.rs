@@ -7,6 +7,7 @@ pub mod math;
 pub mod networks;
 mod role;
 pub mod scenario;
+mod text;
 pub mod vehicle;
 pub mod wiring;
 

@@ -203,7 +203,7 @@ fn no_modules_import_each_other_in_a_circle() {
 #[test]
 fn paths_and_circles_are_found() {
     let module = ["run".to_string(), "control".to_string()];
-    let text = "use recording::{Log, place::{follow, Name}};\nuse super::swap::Swap;\nlet x = crate::files::write(a);\nsuper::super::judge::a();";
+    let text = "use crate::log::{Log, place::{follow, Name}};\nuse super::swap::Swap;\nlet x = crate::files::write(a);\nsuper::super::judge::a();";
     let found: Vec<String> = paths(text, &module).iter().map(|path| path.join("::")).collect();
     assert_eq!(
         found,

@@ -12,10 +12,8 @@
 //! [`Diagonal`] one that differs between channels.
 
 mod access;
-mod brief;
 mod diagonal;
 mod file;
-mod nearest;
 mod node;
 mod overlay;
 mod parse;
@@ -33,11 +31,10 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use brief::around;
-pub use brief::{brief, readable};
+pub(crate) use crate::text::around;
+pub use crate::text::{brief, did_you_mean, nearest, readable};
 pub use diagonal::Diagonal;
 pub use file::{TextError, read_text};
-pub use nearest::{did_you_mean, nearest};
 pub use node::{Node, Value};
 pub use per_agent::PerAgent;
 pub use problem::{Problem, Problems, Sort};

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::brief::readable_problem;
 use super::source::floor_char_boundary;
 use super::{Node, Origin, brief};
+use crate::text::readable_problem;
 
 /// One mistake.
 ///

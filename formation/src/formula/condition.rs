@@ -2,6 +2,7 @@
 
 use super::compile::{bind, compile};
 use super::parse::{Parsed, parse};
+use super::tree::{Relation, Tree};
 use super::{Formula, FormulaError, Operand, Operands};
 
 /// A condition on the slots of an input array, ready for evaluation.
@@ -26,24 +27,6 @@ pub struct Condition {
 struct Side {
     text: String,
     formula: Formula,
-}
-
-/// How two numbers compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Relation {
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-}
-
-/// A condition on numbers that it knows by their index.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Tree {
-    Compare(usize, Relation, usize),
-    NotFinite(usize),
-    And(Box<Tree>, Box<Tree>),
-    Or(Box<Tree>, Box<Tree>),
 }
 
 /// A comparison of a condition, with the values of its sides.

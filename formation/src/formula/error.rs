@@ -1,7 +1,6 @@
 //! What is wrong with a formula, and where.
 
-use super::Cursor;
-use crate::config::{around, did_you_mean};
+use crate::text::{around, did_you_mean};
 
 /// A formula that cannot be read or compiled.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,7 +36,12 @@ impl FormulaError {
     /// assert!(error.ends_with("found the end of the formula (column 8 of \"2*sin(t\")"), "{error}");
     /// ```
     pub fn within(&self, text: &str) -> String {
-        let column = Cursor::new(text).column(self.offset);
+        let column = column(text, self.offset);
         format!("{} (column {column} of \"{}\")", self.message, around(text, self.offset))
     }
+}
+
+/// The column of a byte of the text, as editors count it.
+pub(super) fn column(text: &str, offset: usize) -> usize {
+    text.get(..offset).map_or(1, |before| before.chars().count() + 1)
 }

@@ -44,6 +44,7 @@ mod operand;
 mod parse;
 mod real;
 mod token;
+mod tree;
 
 #[cfg(test)]
 mod tests;

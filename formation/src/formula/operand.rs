@@ -1,6 +1,6 @@
 //! Operands that a caller adds to the language.
 
-use super::FormulaError;
+use super::error::{FormulaError, column};
 
 /// Operands of a caller that are more than a name, such as `state.position[0]` or `dx(HFC)`. `()` adds none.
 ///
@@ -121,7 +121,7 @@ impl<'a> Cursor<'a> {
 
     /// The column of a byte, as editors count it.
     pub(super) fn column(&self, offset: usize) -> usize {
-        self.text.get(..offset).map_or(1, |before| before.chars().count() + 1)
+        column(self.text, offset)
     }
 
     fn rest(&self) -> &'a str {

@@ -1,6 +1,6 @@
 //! Text to tokens.
 
-use super::condition::Relation;
+use super::tree::Relation;
 use super::{Cursor, FormulaError};
 
 /// A word of the language.

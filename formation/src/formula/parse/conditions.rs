@@ -1,8 +1,8 @@
 //! Conditions: comparisons of numbers, `and`, `or`.
 
 use super::super::FormulaError;
-use super::super::condition::Tree;
 use super::super::token::Kind;
+use super::super::tree::Tree;
 use super::{Parser, Rule, Side, Start, Value};
 
 impl<'a, 'o> Parser<'a, 'o> {

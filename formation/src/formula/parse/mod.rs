@@ -5,9 +5,9 @@ mod numbers;
 
 use std::ops::Range;
 
-use super::condition::Tree;
 use super::function::Function;
 use super::token::{Kind, Token};
+use super::tree::Tree;
 use super::{Cursor, FormulaError, Operands};
 
 /// Longest formula in bytes.

@@ -41,7 +41,7 @@ pub fn readable(message: &str) -> String {
 }
 
 /// The same for a message about a scenario.
-pub(super) fn readable_problem(message: &str) -> String {
+pub(crate) fn readable_problem(message: &str) -> String {
     within(message, NAME)
 }
 

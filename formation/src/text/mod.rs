@@ -1,0 +1,8 @@
+//! Texts of messages: the name that was meant, and long texts cut short.
+
+mod brief;
+mod nearest;
+
+pub(crate) use brief::{around, readable_problem};
+pub use brief::{brief, readable};
+pub use nearest::{did_you_mean, nearest};
