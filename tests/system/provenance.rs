@@ -35,7 +35,7 @@ fn a_log_says_what_played_and_replay_asks_for_it() {
     let log = "runs/uav-TSC+controller_3.mcap";
     assert_eq!(folder.run(&["info", log, "--json"]).json()["players"], json["players"]);
     assert_eq!(folder.run(&["check", log, "--json"]).json()["players"], json["players"]);
-    assert!(folder.run(&["info", log]).stdout().contains("controller_3 by `sh play.sh plain.mcap` (sh sha256 "));
+    assert!(folder.run(&["info", log]).stdout().contains("controller_3  by `sh play.sh plain.mcap` (sh sha256 "));
     assert_eq!(folder.run(&["report", log, "--out", "report.html"]).code(), 0);
     let page = std::fs::read_to_string(folder.path("report.html")).expect("a report");
     assert!(page.contains("controller_3 is played by `sh play.sh plain.mcap`"));
