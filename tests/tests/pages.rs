@@ -34,7 +34,7 @@ fn the_page_of_fields_is_up_to_date() {
 #[test]
 fn every_key_of_a_file_is_described() {
     let schema = schema(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS));
-    for name in SECTIONS {
+    for name in SECTIONS.iter() {
         assert!(schema["properties"][name].is_object(), "{name}");
     }
     let lacking: Vec<String> = undescribed(&schema["properties"], "");

@@ -64,12 +64,8 @@ impl Context {
     pub const REFERENCE_COORDINATES: usize = 3;
 
     /// Reads everything; what is wrong goes to `problems`.
-    pub(super) fn read(root: &Node, problems: &mut Problems) -> Option<Self> {
+    pub(super) fn read(root: &Node, seed: u64, problems: &mut Problems) -> Option<Self> {
         let timing = read_timing(root, problems);
-        let seed = match root.at("seed") {
-            Some(node) => read::<u64>(node, "seed", problems).unwrap_or(0),
-            None => 0,
-        };
         let parameters = match root.at("parameters") {
             Some(node) => read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default(),
             None => BTreeMap::new(),

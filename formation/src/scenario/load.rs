@@ -8,10 +8,11 @@ use lockstep::Timing;
 
 use super::overrides::{Override, apply, override_problem};
 use super::ranges::read_ranges;
+use super::raw::RawScenario;
 use super::realtime::read_overrun;
 use super::run_sections::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
-use crate::config::{Entry, Node, Problem, Problems, Sort, Source, Value, did_you_mean, read};
+use crate::config::{Entry, Node, Problem, Problems, Source, Value, did_you_mean, read};
 use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -65,38 +66,6 @@ pub struct Scenario {
     pub expectations: BTreeMap<String, Expectation>,
     root: Node,
 }
-
-/// The keys that a scenario file may have.
-pub const SECTIONS: &[&str] = &[
-    "name",
-    "title",
-    "thesis",
-    "variant",
-    "variants",
-    "seed",
-    "agents",
-    "timing",
-    "parameters",
-    "vehicle",
-    "topology",
-    "reference",
-    "disturbance",
-    "obstacles",
-    "edges",
-    "placement",
-    "on_failure",
-    "realtime",
-    "swap",
-    "plant",
-    "planner",
-    "observer",
-    "controller",
-    "metrics",
-    "expect",
-    "claims",
-    "assert",
-    "ranges",
-];
 
 impl Scenario {
     /// Reads the scenario in `text`; `file` is what messages call it.
@@ -155,15 +124,14 @@ impl Scenario {
         selection: &Selection,
         problems: &mut Problems,
     ) -> Option<Self> {
-        check_sections(&root, problems);
-        let text = |name: &str, problems: &mut Problems| match root.at(name) {
-            Some(node) => read::<String>(node, name, problems).unwrap_or_default(),
-            None => String::new(),
-        };
-        let name = text("name", problems);
-        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+        // Without it, one of its values is wrong, and the rest is still checked.
+        let raw = read::<RawScenario>(&root, "", problems);
+        let is_name =
+            |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+        if raw.as_ref().is_some_and(|raw| !is_name(raw.name.as_deref().unwrap_or_default())) {
             problems.at(&root, "name", "expected a name of letters, digits, `-` and `_`");
         }
+        let RawScenario { name, title, thesis, seed, metrics, expect: expectations, .. } = raw.unwrap_or_default();
         // The log is named after the variant, and must stay in its folder.
         let harmless =
             |name: &&String| name.len() <= 64 && !name.contains(['/', '\\']) && !name.contains(char::is_control);
@@ -172,13 +140,6 @@ impl Scenario {
                 format!("expected names of variants of at most 64 characters, without slashes, found {wrong:?}");
             problems.at(&root, "variant", message);
         }
-        let title = text("title", problems);
-        let thesis = text("thesis", problems);
-        let metrics = text("metrics", problems);
-        let expectations: BTreeMap<String, Expectation> = match root.at("expect") {
-            Some(node) => read(node, "expect", problems).unwrap_or_default(),
-            None => BTreeMap::new(),
-        };
         if let Some(expected) = root.at("expect").and_then(Node::as_table) {
             let bands =
                 expected.entries().iter().filter_map(|entry| Some((entry, expectations.get(&entry.key)?.wrong()?)));
@@ -196,13 +157,13 @@ impl Scenario {
         let swaps = read_swaps(&root, problems);
         let ranges = read_ranges(&root, problems);
         Some(Self {
-            name,
-            title,
-            thesis,
+            name: name.unwrap_or_default(),
+            title: title.unwrap_or_default(),
+            thesis: thesis.unwrap_or_default(),
             variant,
             variants,
             overrides: selection.overrides.clone(),
-            context: Context::read(&root, problems)?,
+            context: Context::read(&root, seed, problems)?,
             plant_per_agent,
             groups,
             on_failure: FailurePolicy::read(&root, problems),
@@ -211,7 +172,7 @@ impl Scenario {
             swaps,
             folder: None,
             ranges,
-            metrics,
+            metrics: metrics.unwrap_or_default(),
             expectations,
             root,
         })
@@ -310,15 +271,6 @@ fn check_rates(root: &Node, problems: &mut Problems) {
                 );
             }
         }
-    }
-}
-
-fn check_sections(root: &Node, problems: &mut Problems) {
-    let Some(table) = root.as_table() else { return };
-    for (name, _) in table.iter().filter(|(name, _)| !SECTIONS.contains(name)) {
-        let hint = did_you_mean(name, SECTIONS.iter().copied());
-        let message = format!("unknown field, expected one of {}{hint}", SECTIONS.join(", "));
-        problems.at(root, name, message).sort = Sort::Unknown;
     }
 }
 

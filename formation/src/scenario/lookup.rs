@@ -4,12 +4,13 @@ use super::{Agent, AgentNumber, Graph, Scenario};
 use crate::config::{Node, Value, nearest};
 use crate::formula::{Expression, Operand};
 use crate::role::Role;
+use crate::text::suggestion;
 
 /// Why a scenario does not have a value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LookupError {
     /// There is no value of this name.
-    #[error("the scenario has no {kind} called `{name}`{}", near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?")))]
+    #[error("the scenario has no {kind} called `{name}`{}", suggestion(near.as_deref()))]
     Missing {
         /// What was asked for: number, text or list.
         kind: &'static str,

@@ -5,4 +5,5 @@ mod nearest;
 
 pub(crate) use brief::{around, readable_problem};
 pub use brief::{brief, readable};
+pub(crate) use nearest::suggestion;
 pub use nearest::{did_you_mean, nearest};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use formation::config::{TextError, brief, nearest, read_text};
+use formation::config::{TextError, brief, did_you_mean, read_text};
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, present};
 
@@ -41,7 +41,7 @@ fn check_metrics(catalog: &Catalog, assembly: &Assembly) -> Result<(), Failure> 
         return Ok(());
     }
     let names = catalog.metrics.iter().map(|set| set.name);
-    let hint = nearest(name, names.clone()).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let hint = did_you_mean(name, names.clone());
     let expected = names.collect::<Vec<_>>().join(", ");
     let message = format!("no set of metrics is called `{}`, expected one of {expected}{hint}", brief(name));
     Err(vec![assembly.scenario.problem("metrics", message).with_help("without any: --set metrics=")].into())
@@ -105,7 +105,7 @@ pub(super) fn find(catalog: &Catalog, name: &str) -> Result<(String, String), Fa
         return Ok((name.into(), text));
     }
     let names = catalog.scenarios.iter().map(|shipped| shipped.name);
-    let hint = nearest(name, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let hint = did_you_mean(name, names);
     let name = brief(name);
     Err(Failure::Usage(format!(
         "no scenario is called `{name}`, and there is no such file{hint}; `phalanx list` shows all"

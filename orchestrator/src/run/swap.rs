@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use formation::config::{Problem, nearest};
+use formation::config::{Problem, did_you_mean};
 use formation::scenario::Scenario;
 use formation::wiring::Assembly;
 use hardware::message::Clock;
@@ -319,9 +319,9 @@ pub fn node_called(name: &str, nodes: &[&str]) -> Result<String, String> {
     if nodes.contains(&node.as_str()) {
         return Ok(node);
     }
-    let hint = nearest(&node, nodes.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
+    let hint = did_you_mean(&node, nodes.iter().copied());
     let list = nodes.join(", ");
-    Err(format!("there is no such participant, expected one of {list}{}", hint.unwrap_or_default()))
+    Err(format!("there is no such participant, expected one of {list}{hint}"))
 }
 
 /// The command of a process of `program`, which is this one, that plays its participants from `log`, their numbers multiplied

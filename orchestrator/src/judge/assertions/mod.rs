@@ -53,14 +53,16 @@ pub(crate) use history::check;
 pub(crate) use history::history;
 pub(crate) use message::{DEFINITION, TOPIC, encode};
 pub use read::read;
+pub(crate) use read::schema;
 pub use watch::Watch;
 
 use formation::formula::{Condition, Formula};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use slot::Slot;
 
 /// What a violation means for the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// The run fails, with an exit code of its own.
@@ -71,7 +73,7 @@ pub enum Severity {
 }
 
 /// How the values of the agents become what is compared with the bounds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Across {
     /// Each by itself.

@@ -3,6 +3,7 @@
 use formation::config::{Node, Problem, Problems, brief, did_you_mean, read as read_node};
 use formation::formula::{Expression, FormulaError, Operand};
 use formation::wiring::Assembly;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 
 use super::bound::Bound;
@@ -14,24 +15,43 @@ use super::{Across, Assertion, Severity, Signal, Subject};
 /// More than these are taken for a mistake; they are compiled for every agent.
 const MOST_ASSERTIONS: usize = 64;
 
-#[derive(Deserialize)]
+/// A bound of a signal that is checked while a run goes on.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Assertion")]
 struct Row {
+    /// What it says, in words.
     name: String,
+    /// A formula of the fields of an agent.
     signal: Option<String>,
+    /// A named quantity of the formation instead of a signal.
     metric: Option<String>,
+    /// The least value that is allowed.
     min: Option<Bound>,
+    /// The greatest value that is allowed.
     max: Option<Bound>,
+    /// From this time on, s.
     from: Option<f64>,
+    /// Up to this time, s.
     to: Option<f64>,
+    /// Only these agents.
     agents: Option<Vec<u32>>,
+    /// Only in these variants.
     variants: Option<Vec<String>>,
+    /// How the agents are taken together.
     #[serde(default)]
     across: Across,
+    /// What a violation does to the run.
     #[serde(default)]
     severity: Severity,
+    /// Whether a violation ends the run.
     #[serde(default)]
     stop: bool,
+}
+
+/// What an assertion looks like to an editor. (JSON Schema)
+pub(crate) fn schema(generator: &mut SchemaGenerator) -> Schema {
+    generator.subschema_for::<Row>()
 }
 
 /// The assertions of a scenario that apply to its variant, in the order of the file.

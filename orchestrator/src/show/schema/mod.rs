@@ -11,6 +11,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use crate::catalog::Catalog;
+use crate::judge::assertions;
 use crate::judge::claims::Claims;
 use document::tidy;
 pub use page::page;
@@ -51,11 +52,16 @@ fn properties(catalog: &Catalog) -> Map<String, Value> {
                 "items": Claims::schema(&mut generator),
                 "description": "What must hold between the variants.",
             }),
+            (None, "assert") => json!({
+                "type": "array",
+                "items": assertions::schema(&mut generator),
+                "description": "Bounds of signals that are checked while a run goes on.",
+            }),
             (None, "metrics") => {
                 let names: Vec<&str> = catalog.metrics.iter().map(|set| set.name).collect();
                 json!({ "enum": names, "description": "The set of metrics that is computed at the end." })
             }
-            _ => known.remove(name).map(Value::from).unwrap_or_default(),
+            _ => known.remove(*name).map(Value::from).unwrap_or_default(),
         };
         properties.insert((*name).into(), tidy(schema));
     }

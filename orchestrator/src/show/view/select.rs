@@ -1,6 +1,6 @@
 //! From what a person types to signals of a log.
 
-use formation::config::nearest;
+use formation::config::did_you_mean;
 
 use crate::failure::Failure;
 use recording::{Log, LogChannel};
@@ -50,11 +50,10 @@ pub fn topics<'a>(log: &'a Log, pattern: &str) -> Result<Vec<&'a LogChannel>, Fa
         )));
     }
     let names: Vec<String> = known().map(bare).collect();
-    let hint = nearest(wanted, names.iter().map(String::as_str)).map(|near| format!("; did you mean {near}?"));
+    let hint = did_you_mean(wanted, names.iter().map(String::as_str));
     Err(Failure::Usage(format!(
-        "no topic of {} is called {wanted}{} `phalanx info` lists all",
-        log.path().display(),
-        hint.unwrap_or_else(|| ";".into())
+        "no topic of {} is called {wanted}{hint}; `phalanx info` lists all",
+        log.path().display()
     )))
 }
 
@@ -90,12 +89,9 @@ pub fn signals(log: &Log, text: &str) -> Result<Vec<Signal>, Failure> {
     }
     if found.is_empty() {
         fields.dedup();
-        let hint = nearest(field, fields.iter().copied()).map(|near| format!("; did you mean {near}?"));
+        let hint = did_you_mean(field, fields.iter().copied());
         let all = fields.join(", ");
-        return Err(Failure::Usage(format!(
-            "{topic} has no field {field}{} There are {all}",
-            hint.unwrap_or_else(|| ".".into())
-        )));
+        return Err(Failure::Usage(format!("{topic} has no field {field}, expected one of {all}{hint}")));
     }
     Ok(found)
 }
