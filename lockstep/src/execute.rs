@@ -163,4 +163,18 @@ mod tests {
         assert_eq!(outcome(&[3, 3, 3, 0], 1), (3, told("input[0]")));
         assert_eq!(outcome(&[3, 3, 2], 4), (8, told("norm")));
     }
+
+    #[test]
+    fn one_number_that_is_not_finite_is_found_wherever_it_stands() {
+        for length in 1..=9 {
+            assert!(all_finite(&vec![f64::MAX; length]));
+            for at in 0..length {
+                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    let mut words = vec![0.0; length];
+                    words[at] = bad;
+                    assert!(!all_finite(&words), "{words:?}");
+                }
+            }
+        }
+    }
 }

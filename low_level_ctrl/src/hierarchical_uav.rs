@@ -285,3 +285,6 @@ impl Participant for HierarchicalUavParticipant {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

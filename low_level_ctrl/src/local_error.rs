@@ -79,3 +79,38 @@ impl Deviation {
         self.reference.map_or(value, |reference| value - Vector3::from(io.get(reference)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lockstep::{Channel, ChannelId, Field, Input, Layout, Network, Node, Ports, Store, Timing};
+
+    #[test]
+    fn tracking_errors_of_agent_and_neighbours_are_weighted_as_the_graph_says() {
+        // State and reference of agent 0, then of agent 1.
+        let layout = Layout::new([Field::vector("position", 3, "m")]);
+        let channels = (0..4).map(|_| Channel { layout: layout.clone(), ..Channel::default() }).collect();
+        let inputs = (0..4).map(|channel| Input { channel: ChannelId(channel), timing: Timing::SameStep }).collect();
+        let node = Node { name: "controller".into(), inputs, outputs: vec![], every: 1, offset: 0 };
+        let network = Network { channels, nodes: vec![node] };
+        let mut store = Store::of(&network);
+        let values = [[5.0, 1.0, 0.0], [2.0, 1.0, 0.5], [0.0, 7.0, 0.0], [1.0, 4.0, 0.0]];
+        for (channel, value) in values.iter().enumerate() {
+            store.write(ChannelId(channel), 0).copy_from_slice(value);
+        }
+        let ports = Ports::of(&network.nodes[0]);
+        let io = Io::new(&mut store, &ports, 0);
+
+        let deviation = |first| Deviation { value: In::new(first, 0), reference: Some(In::new(first + 1, 0)) };
+        let weights = [vec![0.0, 2.0], vec![0.0, 0.0]];
+        let topology = formation::math::Topology::new(&weights, vec![0.5, 0.0]).unwrap();
+        let error =
+            LocalError { graph: topology.neighbourhood(0).clone(), own: deviation(0), others: vec![deviation(2)] };
+        // δ0 = (3, 0, -0.5), δ1 = (-1, 3, 0).
+        assert_eq!(error.own(&io), Vector3::new(3.0, 0.0, -0.5));
+        assert_eq!(error.local(&io), Vector3::new(2.0 * 4.0 + 0.5 * 3.0, 2.0 * -3.0, 2.0 * -0.5 + 0.5 * -0.5));
+        // Estimates are errors already.
+        let estimate = Deviation { value: In::new(0, 0), reference: None };
+        assert_eq!(estimate.read(&io), Vector3::new(5.0, 1.0, 0.0));
+    }
+}

@@ -117,3 +117,52 @@ pub struct Command {
     /// s.
     pub sliding: Vector3<f64>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-10.0..10.0f64).prop_map(Vector3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn errors_of_one_agent_decay_as_the_lyapunov_function_says(
+            position in vector(), velocity in vector(), acceleration in vector(), disturbance in vector(),
+            gain in 0.1..10.0f64, slope in 0.1..10.0f64,
+        ) {
+            let law = SlidingFeedback { gain, slope };
+            let errors = FormationErrors {
+                position, velocity, local_position: position, local_velocity: velocity, acceleration,
+            };
+            // The disturbance is estimated exactly, and the agent is the only one.
+            let error_acceleration = law.acceleration(&errors, &disturbance) + disturbance - acceleration;
+            let sliding = law.sliding(&errors);
+            // V = (s² + δx²) / 2 along the motion.
+            let change = sliding.dot(&(error_acceleration + slope * velocity)) + position.dot(&velocity);
+            let expected = -gain * sliding.norm_squared() - slope * position.norm_squared();
+            prop_assert!((change - expected).abs() <= 1e-9 * (1.0 + expected.abs()));
+        }
+    }
+
+    #[test]
+    fn the_agent_s_own_errors_and_those_of_its_neighbourhood_are_told_apart() {
+        let unit = Vector3::x();
+        let law = SlidingFeedback { gain: 2.0, slope: 3.0 };
+        let zero = Vector3::zeros();
+        let none = FormationErrors {
+            position: zero,
+            velocity: zero,
+            local_position: zero,
+            local_velocity: zero,
+            acceleration: zero,
+        };
+        let acceleration = |errors: FormationErrors| law.acceleration(&errors, &zero).x;
+        assert_eq!(acceleration(FormationErrors { position: unit, ..none }), -1.0);
+        assert_eq!(acceleration(FormationErrors { velocity: unit, ..none }), -3.0);
+        assert_eq!(acceleration(FormationErrors { local_position: unit, ..none }), -6.0);
+        assert_eq!(acceleration(FormationErrors { local_velocity: unit, ..none }), -2.0);
+    }
+}

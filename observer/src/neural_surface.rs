@@ -218,3 +218,78 @@ impl<S: Surface, const P: usize, const D: usize> Participant for NeuralSurfacePa
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use formation::nalgebra::{Vector1, Vector2};
+
+    /// s̃ = ṽ + 2 x̃, corrected by 3 s̃ + 5 x̃ + 2 ṽ.
+    #[derive(Clone)]
+    struct Line;
+
+    impl Surface for Line {
+        fn sliding<const D: usize>(&self, position: &SVector<f64, D>, velocity: &SVector<f64, D>) -> SVector<f64, D> {
+            velocity + 2.0 * position
+        }
+
+        fn correction<const D: usize>(
+            &self,
+            position: &SVector<f64, D>,
+            velocity: &SVector<f64, D>,
+            sliding: &SVector<f64, D>,
+        ) -> SVector<f64, D> {
+            3.0 * sliding + 5.0 * position + 2.0 * velocity
+        }
+    }
+
+    fn observer(tuning: Tuning, weights: [f64; 2]) -> NeuralSurfaceObserver<Line, 2, 1> {
+        let (position, velocity) = (Vector1::new(1.0), Vector1::new(-0.5));
+        NeuralSurfaceObserver::new(Line, tuning, position, velocity, OutputLayer::new(Vector2::from(weights)))
+    }
+
+    #[test]
+    fn the_imaginary_vehicle_moves_along_a_parabola() {
+        let mut observer = observer(Tuning { rate: 0.0, leak: 0.0 }, [0.0; 2]);
+        for _ in 0..8 {
+            observer.advance(0.25, &Vector1::new(3.0));
+        }
+        assert_eq!((observer.position.x, observer.velocity.x), (1.0 - 0.5 * 2.0 + 0.5 * 3.0 * 4.0, -0.5 + 3.0 * 2.0));
+    }
+
+    #[test]
+    fn the_input_is_the_network_s_output_and_the_correction_of_the_errors() {
+        let mut observer = observer(Tuning { rate: 0.0, leak: 0.0 }, [0.2, -0.4]);
+        observer.update(&Vector1::new(1.5), &Vector1::new(0.25));
+        let network = 0.2 * libm::tanh(1.5) - 0.4 * libm::tanh(0.25);
+        // x̃ = 0.5, ṽ = 0.75, s̃ = 1.75
+        assert_eq!(observer.sliding.x, 1.75);
+        assert!((observer.network.x - network).abs() < 1e-15);
+        assert!((observer.input.x - (network + 3.0 * 1.75 + 5.0 * 0.5 + 2.0 * 0.75)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn weights_follow_the_sliding_variable_of_the_last_update_and_leak() {
+        let mut observer = observer(Tuning { rate: 2.0, leak: 0.5 }, [0.2, -0.4]);
+        observer.update(&Vector1::new(1.5), &Vector1::new(0.25));
+        observer.advance(0.1, &Vector1::new(0.0));
+        let expected = [(0.2, 1.5), (-0.4, 0.25)]
+            .map(|(weight, state)| weight + 0.1 * (2.0 * libm::tanh(state) * 1.75 - 0.5 * weight));
+        assert!((observer.layer.weights - Vector2::from(expected)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_uncertainty_is_estimated() {
+        let mut observer = observer(Tuning { rate: 1.0, leak: 0.0 }, [0.0; 2]);
+        let (dt, input, uncertainty) = (0.001, 0.3, -1.7);
+        let (mut position, mut velocity) = (Vector1::new(1.0), Vector1::new(-0.5));
+        for _ in 0..20_000 {
+            observer.update(&position, &velocity);
+            let total = Vector1::new(input + uncertainty);
+            position += dt * velocity + 0.5 * dt * dt * total;
+            velocity += dt * total;
+            observer.advance(dt, &Vector1::new(input));
+        }
+        assert!((observer.input.x - uncertainty).abs() < 0.01, "{}", observer.input.x);
+    }
+}

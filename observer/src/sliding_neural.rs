@@ -199,3 +199,61 @@ impl<const D: usize> Participant for SlidingNeuralParticipant<D> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use formation::nalgebra::Vector1;
+    use proptest::prelude::*;
+
+    const GAINS: SlidingNeural = SlidingNeural { lam_obs: 2.0, c_obs: 3.0, k_obs: 4.0, eta1: 2.0, eta2: 0.5 };
+
+    proptest! {
+        #[test]
+        fn errors_decay_as_the_lyapunov_function_says(position in -5.0..5.0f64, velocity in -5.0..5.0f64) {
+            // The network knows the uncertainty: there is none.
+            let mut observer = SlidingNeuralObserver::new(GAINS, Vector1::new(0.0));
+            observer.update(&Vector1::new(position), &Vector1::new(velocity));
+            let sliding = velocity + 2.0 * position;
+            prop_assert_eq!(observer.sliding.x, sliding);
+            // V = (s̃² + k̃ x̃²) / 2 along the motion.
+            let change = sliding * (2.0 * velocity - observer.estimate.x) + 4.0 * position * velocity;
+            let expected = -3.0 * sliding * sliding - 4.0 * 2.0 * position * position;
+            prop_assert!((change - expected).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn weights_learn_from_the_state_and_leak() {
+        let mut observer = SlidingNeuralObserver::new(GAINS, Vector1::new(0.0));
+        let (position, velocity) = (Vector1::new(1.0), Vector1::new(0.5));
+        observer.update(&position, &velocity);
+        // 0 + 2 · 0.5 + 3 · 2.5 + 4 · 1
+        assert_eq!(observer.estimate.x, 12.5);
+        observer.advance(0.1, &Vector1::new(1.0), &position, &velocity);
+        assert!((observer.position.x - 0.0).abs() < 1e-15 && (observer.velocity.x - 1.35).abs() < 1e-12);
+        // s̃ = -0.85 + 2 = 1.15, so the weights are 0.1 · 2 · 1.15 times the state.
+        observer.update(&position, &velocity);
+        assert!((observer.network.x - 0.23 * (1.0 + 0.25)).abs() < 1e-12);
+        assert!((observer.weight_norm() - 0.23 * 1.25_f64.sqrt()).abs() < 1e-12);
+        // With nothing to learn from, only the leak is left.
+        let (before, zero) = (observer.weight_norm(), Vector1::new(0.0));
+        (observer.position, observer.velocity, observer.estimate) = (Vector1::new(-1.0), zero, zero);
+        observer.advance(0.1, &zero, &zero, &zero);
+        assert!((observer.weight_norm() - (1.0 - 0.1 * 0.5 * 2.0) * before).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_uncertainty_is_estimated() {
+        let mut observer = SlidingNeuralObserver::new(GAINS, Vector1::new(0.0));
+        let (dt, input, uncertainty) = (0.001, 0.3, -1.7);
+        let (mut position, mut velocity) = (Vector1::new(0.0), Vector1::new(0.0));
+        for _ in 0..10_000 {
+            observer.update(&position, &velocity);
+            position += dt * velocity;
+            velocity += Vector1::new(dt * (input + uncertainty));
+            observer.advance(dt, &Vector1::new(input), &position, &velocity);
+        }
+        assert!((observer.estimate.x - uncertainty).abs() < 0.01, "{}", observer.estimate.x);
+    }
+}

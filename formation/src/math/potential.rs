@@ -53,4 +53,12 @@ mod tests {
         assert!(field.force(&Vector2::new(1.0 - 1e-9, 0.0)).norm() < 1e-7);
         assert_eq!(field.force(&Vector2::new(1.0 + 1e-9, 0.0)), Vector2::zeros());
     }
+
+    #[test]
+    fn the_force_is_that_of_the_equation_at_known_distances() {
+        let field = PotentialField { strength: 2.0, inner: 1.0, outer: 3.0 };
+        for (distance, force) in [(1.25, 56.0), (1.5, 12.0), (2.0, 2.0), (2.5, 4.0 / 9.0)] {
+            assert!((field.force(&Vector2::new(0.0, -distance)) - Vector2::new(0.0, -force)).norm() < 1e-12);
+        }
+    }
 }

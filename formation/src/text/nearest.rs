@@ -56,4 +56,13 @@ mod tests {
         assert_eq!(nearest("", ["b"]), None);
         assert_eq!(nearest(&"a".repeat(100_000), ["b"]), None);
     }
+
+    #[test]
+    fn a_third_of_the_letters_may_be_wrong_and_no_more() {
+        assert_eq!(nearest("gumme", ["gamma"]), None);
+        assert_eq!(nearest("limbeo", ["lambda"]), None);
+        assert_eq!(nearest("limbdo", ["lambdo", "lambda"]), Some("lambdo"));
+        assert_eq!(nearest("limbda", ["lambda"]), Some("lambda"));
+        assert_eq!(nearest("limbdo", ["lambda"]), Some("lambda"));
+    }
 }
