@@ -254,9 +254,9 @@ fn what_is_not_there_is_named_with_what_is() {
             assert!(finished.stderr().contains(word), "{arguments:?}: {}", finished.stderr());
         }
     };
-    refused(&["echo", "run.mcap", "agent_1/stat"], &["agent_1/stat", "did you mean agent_1/state?"]);
+    refused(&["echo", "run.mcap", "agent_1/stat"], &["agent_1/stat", "did you mean `agent_1/state`?"]);
     refused(&["echo", "run.mcap", "agent_*/state"], &["/agent_1/state, /agent_2/state"]);
-    refused(&["echo", "run.mcap", "agent_1/state", "posision"], &["did you mean position?", "velocity"]);
+    refused(&["echo", "run.mcap", "agent_1/state", "posision"], &["did you mean `position`?", "velocity"]);
     refused(&["echo", "run.mcap", "agent_1/state", "--at", "-1"], &["first sample"]);
     refused(&["plot", "run.mcap", "agent_1/state/position[6]"], &["6 components are counted from 0"]);
     refused(&["plot", "run.mcap", "agent_1"], &["TOPIC/FIELD"]);
