@@ -4,13 +4,14 @@ use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
-use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
 
 use rustix::fs::{MemfdFlags, SealFlags};
 use rustix::mm::{MapFlags, ProtFlags};
 
 use super::counters::{Counters, Event};
 use super::layout::{Head, MAGIC, Phase, Slot, size};
+use super::protocol::WaitPoint;
 use super::wake::Waker;
 use lockstep::Plan;
 
@@ -116,6 +117,15 @@ impl SharedMemory {
     pub(super) fn head(&self) -> &Head {
         // SAFETY: the mapping begins with a head; all bit patterns are valid atomics.
         unsafe { self.mapping.base.as_ref() }
+    }
+
+    /// The word on which processes sleep at `point`.
+    #[inline]
+    pub(super) fn wait_word(&self, point: WaitPoint) -> &AtomicU32 {
+        match point {
+            WaitPoint::Bell => &self.head().bell,
+            WaitPoint::Gate(phase) => &self.phase(phase).gate,
+        }
     }
 
     #[inline]

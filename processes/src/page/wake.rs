@@ -14,7 +14,6 @@ use rustix::event::Timespec;
 use rustix::thread::futex;
 
 use super::events::{self, Events};
-use super::memory::SharedMemory;
 use super::protocol::WaitPoint;
 
 /// As much of `base` as the name of a run may have, and a number behind it: paths of sockets are limited.
@@ -55,17 +54,16 @@ impl Waker {
         matches!(self, Self::Futex)
     }
 
-    /// See [`Memory::sleep_while`](super::protocol::Memory::sleep_while).
+    /// See [`Memory::sleep_while`](super::protocol::Memory::sleep_while). `word` is the one of `point`.
     #[unsafe(link_section = "lockstep_step")]
     pub(super) fn sleep_while(
         &self,
-        memory: &SharedMemory,
+        word: &AtomicU32,
         point: WaitPoint,
         value: u32,
         groups: NonZeroU32,
         patience: Option<Duration>,
     ) {
-        let word = word(memory, point);
         let flags = futex::Flags::empty();
         // What a wait returns does not matter: the caller reads the page again.
         match (self, patience) {
@@ -81,23 +79,16 @@ impl Waker {
         }
     }
 
-    /// See [`Memory::wake`](super::protocol::Memory::wake).
+    /// See [`Memory::wake`](super::protocol::Memory::wake). `word` is the one of `point`.
     #[unsafe(link_section = "lockstep_step")]
-    pub(super) fn wake(&self, memory: &SharedMemory, point: WaitPoint, groups: u32) {
+    pub(super) fn wake(&self, word: &AtomicU32, point: WaitPoint, groups: u32) {
         let Some(groups) = NonZeroU32::new(groups) else { return };
         match self {
             Self::Futex => {
-                let _ = futex::wake_bitset(word(memory, point), futex::Flags::empty(), i32::MAX as u32, groups);
+                let _ = futex::wake_bitset(word, futex::Flags::empty(), i32::MAX as u32, groups);
             }
             Self::Events(joined) => notify(joined, point),
         }
-    }
-}
-
-fn word(memory: &SharedMemory, point: WaitPoint) -> &AtomicU32 {
-    match point {
-        WaitPoint::Bell => &memory.head().bell,
-        WaitPoint::Gate(phase) => &memory.phase(phase).gate,
     }
 }
 

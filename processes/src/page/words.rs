@@ -118,12 +118,12 @@ impl Memory for SharedMemory {
 
     #[inline(always)]
     fn sleep_while(&self, point: WaitPoint, value: u32, groups: NonZeroU32, patience: Option<Duration>) {
-        self.waker.sleep_while(self, point, value, groups, patience);
+        self.waker.sleep_while(self.wait_word(point), point, value, groups, patience);
     }
 
     #[inline(always)]
     fn wake(&self, point: WaitPoint, groups: u32) {
-        self.waker.wake(self, point, groups);
+        self.waker.wake(self.wait_word(point), point, groups);
     }
 
     #[inline(always)]
