@@ -19,7 +19,6 @@
 //! | `files` | files that commands write, besides logs |
 //! | [`run`] | carries out one run: processes, control, observers of a step, recovery |
 //! | [`recorded`] | a recorded run as an input: its scenario, its samples |
-//! | [`log`] | writes, reads and recovers logs |
 //! | [`trial`] | tries a user's program: replay, conformance test, project templates |
 //! | [`judge`] | what a run is worth: metrics, assertions, claims, verdict |
 //! | [`show`] | what a person sees: report, figures, exports, live view |

@@ -128,7 +128,7 @@ impl RunControl {
         self.change(|_| {});
     }
 
-    /// Ends the run because of an emergency. It ends as by [`Stop::request`], which stops all robots, too; but as a failure.
+    /// Ends the run because of an emergency. It ends as by [`RunControl::request`], which stops all robots, too; but as a failure.
     pub fn emergency(&self) {
         self.shared.emergency.store(true, Ordering::SeqCst);
         self.request();
