@@ -211,7 +211,7 @@ mod tests {
     proptest! {
         #[test]
         fn errors_decay_as_the_lyapunov_function_says(position in -5.0..5.0f64, velocity in -5.0..5.0f64) {
-            // The network knows the uncertainty: there is none.
+            // Weights of 0 are exact here: the uncertainty is 0.
             let mut observer = SlidingNeuralObserver::new(GAINS, Vector1::new(0.0));
             observer.update(&Vector1::new(position), &Vector1::new(velocity));
             let sliding = velocity + 2.0 * position;

@@ -14,7 +14,6 @@
 //! | operators       | `+ -`, then `* /`, then unary `-`, then `^`, which associates to the right: `-x^2 = -(x^2)`  |
 //! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`; `sign(0) = 0`              |
 //! | two arguments   | `atan2(y,x)`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                              |
-//!
 //! | `min`, `max`    | of one or more arguments                                                                     |
 //! | other names     | in backticks: `` `b_ξ` ``                                                                    |
 //!

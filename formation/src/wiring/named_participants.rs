@@ -79,15 +79,31 @@ impl Names {
 
 /// Whether every participant that `[placement] groups` names is there, and in one group only.
 pub(super) fn check_groups(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
+    check_once(scenario, network, "placement.groups", scenario.groups.iter().flatten(), "is in two groups")
+}
+
+/// Whether every participant that `[swap]` names is there, and once only.
+pub(super) fn check_swaps(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
+    check_once(scenario, network, "swap", scenario.swaps.iter().map(|(name, _)| name), "is swapped twice")
+}
+
+/// Whether every participant that a section names is there, and once only; `twice` is what a message says otherwise.
+fn check_once<'a>(
+    scenario: &Scenario,
+    network: &Network,
+    section: &str,
+    named: impl Iterator<Item = &'a String>,
+    twice: &str,
+) -> Result<(), Vec<Problem>> {
     let names = Names::of(network);
     let mut problems = Vec::new();
     let mut seen = BTreeSet::new();
-    for name in scenario.groups.iter().flatten() {
-        let mut report = |message| problems.push(scenario.problem("placement.groups", message));
+    for name in named {
+        let mut report = |message| problems.push(scenario.problem(section, message));
         if !names.contains(name) {
             report(names.unknown(name));
         } else if !seen.insert(name) {
-            report(format!("`{name}` is in two groups"));
+            report(format!("`{name}` {twice}"));
         }
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
@@ -98,21 +114,5 @@ pub(super) fn check_failure_policy(scenario: &Scenario, network: &Network) -> Re
     let names = Names::of(network);
     let unmatched = scenario.on_failure.participants.iter().filter_map(|(name, _)| names.matching(name).err());
     let problems: Vec<Problem> = unmatched.map(|message| scenario.problem("on_failure", message)).collect();
-    if problems.is_empty() { Ok(()) } else { Err(problems) }
-}
-
-/// Whether every participant that `[swap]` names is there, and once only.
-pub(super) fn check_swaps(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
-    let names = Names::of(network);
-    let mut problems = Vec::new();
-    let mut seen = BTreeSet::new();
-    for (name, _) in &scenario.swaps {
-        let mut report = |message| problems.push(scenario.problem("swap", message));
-        if !names.contains(name) {
-            report(names.unknown(name));
-        } else if !seen.insert(name) {
-            report(format!("`{name}` is swapped twice"));
-        }
-    }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }

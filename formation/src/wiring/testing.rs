@@ -161,7 +161,8 @@ fn all_variants(folder: &Path) -> Vec<Scenario> {
             loaded.unwrap_or_else(|problems| panic!("{}", problems[0]))
         };
         let first = load(None);
-        let others: Vec<Scenario> = first.variants.iter().map(|variant| load(Some(variant.clone()))).collect();
+        let others = first.variants.iter().filter(|variant| **variant != first.variant);
+        let others: Vec<Scenario> = others.map(|variant| load(Some(variant.clone()))).collect();
         scenarios.push(first);
         scenarios.extend(others);
     }

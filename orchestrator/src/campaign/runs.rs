@@ -56,7 +56,7 @@ impl Campaign {
     }
 }
 
-/// Runs all variants of the scenarios called `names` (all if there are none) and the runs that their claims need.
+/// Runs all variants of the scenarios called `names` (without names, of all) and the runs that their claims need.
 ///
 /// `report` is called after every run: how many are done, of how many, and which.
 ///

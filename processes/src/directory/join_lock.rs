@@ -13,7 +13,7 @@ use rustix::fs::OFlags;
 
 /// Its file in the directory of the run.
 const DOOR_FILE: &str = "door";
-/// How long the end of a run waits for those who join it. They take milliseconds, unless they are stopped.
+/// How long the end of a run waits for processes that join it. Joining takes milliseconds, unless the process is stopped.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two tries of a lock.
 const LOOK: Duration = Duration::from_millis(5);

@@ -136,7 +136,7 @@ impl Events {
         }
     }
 
-    /// Wakes all who listen at a point.
+    /// Wakes all processes that listen at a point.
     pub(super) fn notify(&self, point: WaitPoint) {
         if self.loss.as_ref().is_some_and(Loss::is_due) {
             return;

@@ -196,7 +196,7 @@ impl Link {
         }
     }
 
-    /// Enters a share of a step that is done; `false` if there is none any more, and the run goes on for this process too.
+    /// Repeats a share of a recorded step; `false` once all are repeated and this process takes part in the run.
     fn relive(&mut self) -> Result<bool, Fault> {
         let Some(catch_up) = self.catch_up.as_mut() else { return Ok(false) };
         if !catch_up.covers(&self.step, self.share) {

@@ -48,7 +48,7 @@ fn chain_in_one_process() {
 fn chain_in_fourteen_processes_without_allocations() {
     let groups = singles(&chain::network(chain::AGENTS));
     assert_eq!(digest_in_processes("fourteen", &groups, settings(), "count"), DIGEST);
-    // Who notifies for the first time connects to all who listen, whenever that is; with events nothing is promised.
+    // A process connects to all listeners when it notifies for the first time, whenever that is; with events nothing is promised.
     let settings = Settings { wake: Wake::Events, ..settings() };
     assert_eq!(digest_in_processes("fourteen", &groups, settings, "chain"), DIGEST);
 }

@@ -78,7 +78,7 @@ impl LiveStatus {
         format!("{far}, {:.0} steps/s, {:.1} x real time{left}", self.rate, self.speed)
     }
 
-    /// The processes that the others wait for, in one line; empty if there is none.
+    /// The processes that the others wait for, in one line; empty if no process waits.
     pub(crate) fn waiting(&self) -> String {
         if self.paused {
             return "no process computes: the run is paused".into();
