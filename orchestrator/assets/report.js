@@ -100,14 +100,14 @@ const buildHeading = () => {
 
 const buildVerdict = () => {
   const place = byId("verdict");
-  const judged = runs.flatMap((run) => (run.metrics ?? []).filter((metric) => metric.ok !== null).map((metric) => ({ ...metric, run })));
+  const judged = runs.flatMap((run) => (run.metrics ?? []).filter((metric) => metric.in_range !== null).map((metric) => ({ ...metric, run })));
   if (!judged.length) return;
-  const missed = judged.filter((metric) => !metric.ok);
+  const missed = judged.filter((metric) => !metric.in_range);
   const reasons = [...new Set(runs.map((run) => run.not_held).filter(Boolean))];
   const sentence = reasons.length ? `${judged.length - missed.length} of ${judged.length} bands met, not held against this run` : missed.length ? `${missed.length} of ${judged.length} bands missed` : `all ${judged.length} bands met`;
   if (!reasons.length) place.classList.add(missed.length ? "bad" : "good");
   const ticks = judged.slice(0, 120).map((metric) => element("i", {
-    class: metric.ok ? null : "bad",
+    class: metric.in_range ? null : "bad",
     title: `${comparing ? `${metric.run.name}: ` : ""}${metric.id} = ${short(metric.value)}, band ${bandText(metric)}`,
   }));
   place.append(element("a", { href: "#metrics" }, element("strong", {}, sentence), reasons.join("; ")), element("div", { class: "ticks" }, ...ticks));
@@ -115,7 +115,7 @@ const buildVerdict = () => {
 
 // Metrics -----------------------------------------------------------------------------------------------------------
 
-const bandText = ({ low, high }) => {
+const bandText = ({ lo: low, hi: high }) => {
   if (low !== null && low === high) return `= ${short(low)}`;
   if (low !== null && high !== null) return `${short(low)} … ${short(high)}`;
   if (low !== null) return `≥ ${short(low)}`;
@@ -123,7 +123,7 @@ const bandText = ({ low, high }) => {
 };
 
 /** The band as a bar, the value as a mark in it or beside it. */
-const bullet = ({ value, low, high, ok }) => {
+const bullet = ({ value, lo: low, hi: high, in_range: ok }) => {
   if (low === null && high === null) return "";
   const known = [low, high].filter((end) => end !== null);
   const single = low === high;
@@ -150,11 +150,11 @@ const metricsOfOne = (metrics) => {
   const row = (metric) => element("tr", {},
     element("td", {}, element("code", {}, metric.id)), element("td", { class: "n" }, short(metric.value)),
     element("td", {}, bullet(metric)), element("td", { class: "n" }, bandText(metric)),
-    element("td", { class: "said" }, metric.thesis.replace("<=", "≤").replace(">=", "≥")), verdictCell(metric.ok));
+    element("td", { class: "said" }, (metric.thesis ?? "").replace("<=", "≤").replace(">=", "≥")), verdictCell(metric.in_range));
   const table = (rows) => element("table", {}, element("thead", {}, headRow(["metric"], ["measured", 1], ["in its band"], ["band", 1], ["thesis"], [""])), element("tbody", {}, ...rows.map(row)));
   const half = Math.ceil(metrics.length / 2);
   // Sentences of the thesis need the whole width.
-  const narrow = metrics.every((metric) => metric.thesis.length <= 18);
+  const narrow = metrics.every((metric) => (metric.thesis ?? "").length <= 18);
   const parts = metrics.length > 14 && narrow ? [metrics.slice(0, half), metrics.slice(half)] : [metrics];
   return element("div", { class: "columns" }, ...parts.map(table));
 };
@@ -167,7 +167,7 @@ const metricsOfMany = () => {
     const base = found[0]?.value ?? null;
     const cells = found.flatMap((metric, index) => {
       const value = metric?.value ?? null;
-      const judged = metric && metric.ok !== null ? (metric.ok ? "n good" : "n bad") : "n";
+      const judged = metric && metric.in_range !== null ? (metric.in_range ? "n good" : "n bad") : "n";
       const cell = element("td", { class: judged, title: metric && bandText(metric) ? `band ${bandText(metric)}` : null }, short(value));
       if (!index) return [cell];
       const known = value !== null && base !== null;

@@ -44,9 +44,9 @@ enum Command {
     Validate(commands::validate::ValidateArgs),
     /// Show the processes of a scenario, what they exchange, and in which order they run
     Graph(commands::graph::GraphArgs),
-    /// Compute all metrics of a log and compare them with their bands
+    /// Compute all metrics of a log and compare them with their regression ranges and the thesis
     Check(commands::check::CheckArgs),
-    /// Run every scenario with every variant and compare all numbers with their bands, claims and published values
+    /// Run every scenario with every variant and compare all numbers with their regression ranges, claims and published values
     #[command(visible_alias = "thesis")]
     Campaign(commands::campaign::CampaignArgs),
     /// Show what is in a log

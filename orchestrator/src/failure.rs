@@ -22,8 +22,8 @@ const SIGBUS: i32 = rustix::process::Signal::BUS.as_raw();
 /// Why a command ended without success.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// A metric lies outside its band. Everything has been printed already.
-    #[error("a metric is outside its band")]
+    /// A metric lies outside its regression range. Everything has been printed already.
+    #[error("a metric is outside its regression range")]
     Missed,
     /// An assertion of the scenario was violated.
     #[error("{0}")]
@@ -131,8 +131,8 @@ impl Failure {
 /// What the exit codes mean, for `--help` and the documentation.
 pub const EXIT_CODES: &str = "\
 Exit codes:
-  0    done, every metric within its band
-  1    done, but a metric is outside its band, two logs differ, or a program does not conform
+  0    done, every metric in its regression range
+  1    done, but a metric is outside its regression range, two logs differ, or a program does not conform
   2    the command line or the scenario is not valid; nothing was started
   3    the run stopped early: a participant failed, hung, died or was too late, or an emergency stop; the log is kept up to there
   4    a log cannot be written or read, or lacks what was asked for

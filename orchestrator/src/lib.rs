@@ -23,7 +23,7 @@
 //! | [`judge`] | what a run is worth: metrics, assertions, claims, verdict |
 //! | [`show`] | what a person sees: report, figures, exports, live view |
 //! | [`catalog`] | what a program brings along: components, scenarios, metrics, figures |
-//! | [`campaign`] | all scenarios of a catalog with all variants, their bands and claims |
+//! | [`campaign`] | all scenarios of a catalog with all variants, their regression ranges and claims |
 
 // First, so that its macros are known in all that follows.
 #[macro_use]

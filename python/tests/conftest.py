@@ -25,7 +25,7 @@ class Finished:
 
     @property
     def has_flown(self) -> bool:
-        """Whether the run came to its end; the bands, which are for a whole flight, need not be met (1)."""
+        """Whether the run came to its end; the regression ranges, which are for a whole flight, need not be met (1)."""
         return self.code in (0, 1)
 
     @property

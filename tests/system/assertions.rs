@@ -6,7 +6,7 @@ const UAV: &str = include_str!("../../scenarios/uav.toml");
 
 /// The drones, with this assertion behind their own.
 fn with_assertion(folder: &Folder, assertion: &str) {
-    let at = UAV.find("[expect]").expect("bands");
+    let at = UAV.find("[expect]").expect("expectations");
     folder.write("mine.toml", &format!("{}[[assert]]\n{assertion}\n{}", &UAV[..at], &UAV[at..]));
 }
 

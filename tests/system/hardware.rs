@@ -71,7 +71,7 @@ fn a_robot_that_is_started_again_is_connected_again() {
     let _again = Robot::start(&folder, &robot.address, "second.csv");
     drives(&folder, "second.csv");
     let end = Finished(run.wait_with_output().expect("an end"));
-    // The bands of the scenario are not meant for this.
+    // The ranges of the scenario are not meant for this.
     assert_eq!(end.code(), 0, "{}", end.stderr());
     let text = end.stderr();
     assert!(text.contains("connection lost") && text.contains("connected again"), "{text}");
@@ -239,6 +239,6 @@ fn a_robot_that_is_switched_on_late_is_waited_for() {
     std::thread::sleep(std::time::Duration::from_millis(800));
     let _robot = Robot::start(&folder, &port.to_string(), "truth.csv");
     let end = Finished(run.wait_with_output().expect("an end"));
-    // So short a run misses its bands.
+    // So short a run misses its ranges.
     assert_eq!(end.code(), 0, "{}", end.stderr());
 }

@@ -65,13 +65,23 @@ fn two_runs_at_once_have_two_logs() {
     let name = unique("pair");
     let scenario = renamed(&folder, "triangle", &name);
     let log = format!("runs/{name}.mcap");
-    let first = long_run(&folder, &[&scenario, "-q", "--placement", "single"], &log);
-    let second = folder.run(&["run", &scenario, "-q", "--duration", "1", "--placement", "single"]);
+    // The duration is in the file, since overrides would give the logs other names.
+    let text = std::fs::read_to_string(folder.path(&scenario)).expect("a scenario");
+    let lasting = |duration: &str| {
+        let changed = text.replacen("duration = 20", &format!("duration = {duration}"), 1);
+        assert!(changed != text || duration == "20", "{text}");
+        folder.write(&scenario, &changed);
+    };
+    lasting("3600");
+    let first = folder.start(&["run", &scenario, "-q", "--placement", "single", "--realtime"]);
+    wait_until("the log has steps", || Log::outline(&folder.path(&log)).is_ok_and(|log| log.steps().end > 2));
+    lasting("1");
+    let second = folder.run(&["run", &scenario, "-q", "--placement", "single"]);
     assert_eq!(second.code(), 0, "{}", second.stderr());
     let next = format!("runs/{name}-2.mcap");
     assert!(second.stderr().contains(&format!("another run writes {log}; the log of this run is {next}")));
     assert!(second.stdout().contains(&format!("phalanx report {next}")), "{}", second.stdout());
-    let third = folder.run(&["run", &scenario, "-q", "--duration", "1", "--placement", "single", "--json"]);
+    let third = folder.run(&["run", &scenario, "-q", "--placement", "single", "--json"]);
     assert_eq!(third.json()["log"], format!("runs/{name}-3.mcap"), "an earlier log is not replaced for it");
     let refused = folder.run(&["run", &scenario, "-q", "--out", &log]);
     assert_eq!((refused.code(), refused.stdout().as_str()), (2, ""));

@@ -11,7 +11,7 @@ use crate::program::{Finished, Folder};
 fn short_run(scenario: &str) -> Folder {
     let folder = Folder::new();
     let run = folder.run(&["run", scenario, "--duration", "2", "--placement", "single", "-q", "--out", "run.mcap"]);
-    // The bands are those of the whole run, so some are missed; that is another test's business.
+    // The ranges are those of the whole run, so some are missed; that is another test's business.
     assert!(run.code() <= 1, "{}", run.stderr());
     folder
 }
@@ -48,7 +48,7 @@ fn the_report_of_a_whole_run_is_one_small_file() {
     let run = &data["runs"][0];
     assert_eq!((run["scenario"].as_str(), run["variant"].as_str()), (Some("uav"), Some("TSC")));
     assert_eq!((run["samples"].as_u64(), run["scene"]["planar"].as_bool()), (Some(8001), Some(false)));
-    assert!(run["metrics"].as_array().expect("metrics").iter().all(|metric| metric["ok"] != false));
+    assert!(run["metrics"].as_array().expect("metrics").iter().all(|metric| metric["in_range"] != false));
     assert_eq!(run["scene"]["links"].as_array().map(Vec::len), Some(8));
     let expected = [
         "tracking-errors",

@@ -103,7 +103,7 @@ fn undisturbed(folder: &Folder) -> String {
     assert_eq!(
         folder.run(&[&RUN[..], &["calm.mcap"]].concat()).code(),
         0,
-        "the bands of the scenario are not held against so short a run"
+        "the ranges of the scenario are not held against so short a run"
     );
     folder.samples("calm.mcap")
 }

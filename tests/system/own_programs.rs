@@ -51,7 +51,7 @@ fn digest_of(folder: &Folder, options: &[&str], swaps: &[String]) -> String {
     let options = ["--out", "log.mcap"].into_iter().chain(options.iter().copied());
     let arguments: Vec<&str> = SHORT.into_iter().chain(options).chain(swaps).collect();
     let run = folder.run(&arguments);
-    // 1: a run as short as this misses bands that are about its end.
+    // 1: a run as short as this misses ranges that are about its end.
     assert!(run.code() <= 1, "{}", run.stderr());
     folder.samples("log.mcap")
 }

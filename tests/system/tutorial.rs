@@ -29,7 +29,7 @@ fn the_tutorial_works_as_it_is_written() {
         let output = output.expect("bash");
         assert!(output.status.success(), "{command}\n{}", String::from_utf8_lossy(&output.stderr));
     }
-    for file in ["runs/uav-TSC.html", "comparison.html", "runs/triangle.html", "scenario.schema.json", "again.mcap"] {
+    for file in ["runs/first.html", "comparison.html", "runs/triangle.html", "scenario.schema.json", "again.mcap"] {
         assert!(folder.path(file).is_file(), "{file}");
     }
 }

@@ -82,9 +82,9 @@ fn values_of_another_kind() {
     refused(
         "uav",
         &["expect={x_til={low=2, high=1}}"],
-        &["expect.x_til: expected a band with low <= high, found low = 2"],
+        &["expect.x_til: expected a range with low <= high, found low = 2"],
     );
-    refused("uav", &["expect={x_til={low=nan}}"], &["expect.x_til: expected a band"]);
+    refused("uav", &["expect={x_til={low=nan}}"], &["expect.x_til: expected a range"]);
     refused(
         "uav",
         &["controller=3"],

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use formation::scenario::SECTIONS;
 use orchestrator::cli::reference;
+use orchestrator::show::glossary::glossary;
 use orchestrator::show::schema::{page, schema};
 use serde_json::Value;
 
@@ -29,6 +30,11 @@ fn the_page_of_commands_is_up_to_date() {
 #[test]
 fn the_page_of_fields_is_up_to_date() {
     compare_page("scenario-fields.md", &page(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS)));
+}
+
+#[test]
+fn the_page_of_metrics_is_up_to_date() {
+    compare_page("metrics.md", &glossary(&thesis::catalog(schemes::ROLES, schemes::SCENARIOS)));
 }
 
 #[test]

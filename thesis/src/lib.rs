@@ -20,9 +20,13 @@ pub const FIGURES: &str = include_str!("figures.toml");
 /// starts from this catalog, or from [`Catalog::empty`]:
 ///
 /// ```
-/// # use orchestrator::judge::metrics::{Metric, MetricSet};
+/// # use orchestrator::judge::metrics::{Definition, Metric, MetricSet};
 /// let mut catalog = thesis::catalog(schemes::ROLES, schemes::SCENARIOS);
-/// catalog.metrics.push(MetricSet { name: "mine", compute: |run| Ok(vec![Metric::new("samples", run.samples() as f64)]) });
+/// catalog.metrics.push(MetricSet {
+///     name: "mine",
+///     compute: |run| Ok(vec![Metric::new("samples", run.samples() as f64)]),
+///     definitions: &[Definition::new("samples", "K", "", "Number of recorded samples.")],
+/// });
 /// assert!(catalog.metric_set("mine").is_some() && catalog.metric_set("uav").is_some());
 /// ```
 pub fn catalog(roles: Roles, scenarios: &[Shipped]) -> Catalog {

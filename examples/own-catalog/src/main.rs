@@ -17,7 +17,11 @@ fn main() -> std::process::ExitCode {
         Role::Controller,
         [Kind::of::<tip_consensus::TipConsensus>("tip_consensus", "consensus of the tips of carts")],
     );
-    catalog.metrics.push(MetricSet { name: "carts", compute: carts_metrics::compute });
+    catalog.metrics.push(MetricSet {
+        name: "carts",
+        compute: carts_metrics::compute,
+        definitions: carts_metrics::DEFINITIONS,
+    });
     catalog.scenarios.extend_from_slice(shipped!["../scenarios/", "carousel"]);
     orchestrator::main(&catalog)
 }

@@ -1,4 +1,4 @@
-//! The program from outside, in an empty folder: its scenario, its metrics, its bands, its mistakes.
+//! The program from outside, in an empty folder: its scenario, its metrics, its ranges, its mistakes.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -62,7 +62,7 @@ fn a_run_has_the_metrics_and_the_same_bits_however_it_is_placed() {
         let result = folder.json(&format!("run carousel -q --placement {placement} --json --out {placement}.mcap"));
         let metrics = result["metrics"].as_object().expect("metrics");
         for name in ["miss", "t_there", "max_force"] {
-            assert_eq!(metrics[name]["ok"], true, "{placement}: {name}: {metrics:?}");
+            assert_eq!(metrics[name]["in_range"], true, "{placement}: {name}: {metrics:?}");
         }
     }
     folder.out("verify single.mcap processes.mcap");
@@ -73,10 +73,10 @@ fn a_run_has_the_metrics_and_the_same_bits_however_it_is_placed() {
 }
 
 #[test]
-fn a_campaign_meets_all_bands_and_claims() {
+fn a_campaign_meets_all_ranges_and_claims() {
     let folder = Folder::new("campaign");
     let text = folder.out("campaign");
-    assert!(text.contains("2 runs: 4 of 4 bands met, 1 of 1 claims hold."), "{text}");
+    assert!(text.contains("Regression: 4 of 4 values in range.") && text.contains("Claims: 1 of 1 hold."), "{text}");
     assert!(!text.contains("thesis"), "{text}");
 }
 

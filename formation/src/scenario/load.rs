@@ -141,9 +141,9 @@ impl Scenario {
             problems.at(&root, "variant", message);
         }
         if let Some(expected) = root.at("expect").and_then(Node::as_table) {
-            let bands =
+            let wrong =
                 expected.entries().iter().filter_map(|entry| Some((entry, expectations.get(&entry.key)?.wrong()?)));
-            problems.extend(bands.map(|(Entry { key, node, .. }, wrong)| {
+            problems.extend(wrong.map(|(Entry { key, node, .. }, wrong)| {
                 Problem::new(Some(node.origin.clone()), format!("expect.{key}"), wrong)
             }));
         }
@@ -303,7 +303,7 @@ fn select_variant(root: &mut Node, chosen: Option<&str>, names: &[String]) -> Re
         });
     }
     if name != default {
-        // The bands of the file are those of its default variant.
+        // The expectations of the file are those of its default variant.
         table.remove("expect");
         table.insert("variant", Node::from_override(Value::String(name.clone()), "variant"));
     }

@@ -31,7 +31,7 @@ pub use agent_number::AgentNumber;
 pub use agents::Agent;
 pub use context::Context;
 pub use disturbance::Disturbance;
-pub use expectation::Expectation;
+pub use expectation::{Expectation, Published};
 pub use failure::{FailurePolicy, MOST_RESTARTS, OnFailure};
 pub use graph::Graph;
 pub use load::{Scenario, Selection};

@@ -28,7 +28,7 @@ pub struct Job {
 /// What came of it.
 #[derive(Debug)]
 pub struct JobResult {
-    /// The metrics with their bands; `None` if not one step was completed.
+    /// The metrics against what is expected; `None` if not one step was completed.
     pub verdict: Option<Verdict>,
     /// Why the run ended before its time, if it did.
     pub stopped: Option<String>,

@@ -1,4 +1,4 @@
-//! All scenarios of a catalog with all their variants, compared with their bands and claims: what `phalanx campaign` does.
+//! All scenarios of a catalog with all their variants, compared with their regression ranges, claims and the thesis: what `phalanx campaign` does.
 
 mod claims;
 mod job;

@@ -38,11 +38,11 @@ impl Selected {
 }
 
 impl Campaign {
-    /// Whether every metric is in its band, every assertion of a variant and every claim holds.
+    /// Whether every metric is in its regression range, every assertion of a variant and every claim holds.
     pub fn ok(&self) -> bool {
-        let bands = || self.results.iter().filter(|(job, _)| job.with.is_empty());
-        bands().all(|(_, result)| result.findings.ok())
-            && bands().filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
+        let runs = || self.results.iter().filter(|(job, _)| job.with.is_empty());
+        runs().all(|(_, result)| result.findings.ok())
+            && runs().filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
             && self.claims.iter().all(|claim| claim.holds)
     }
 
@@ -94,7 +94,9 @@ fn select(catalog: &Catalog, names: &[String]) -> Result<Vec<Selected>, Failure>
         }
     }
     match selected.is_empty() {
-        true => Err(Failure::Usage("no scenario of this program has bands or claims; name those to run".into())),
+        true => {
+            Err(Failure::Usage("no scenario of this program has regression ranges or claims; name those to run".into()))
+        }
         false => Ok(selected),
     }
 }
@@ -213,6 +215,6 @@ mod tests {
     #[test]
     fn a_campaign_of_nothing_is_refused() {
         let refused = names(vec![BARE], &[]).unwrap_err().to_string();
-        assert!(refused.contains("no scenario of this program has bands or claims"), "{refused}");
+        assert!(refused.contains("no scenario of this program has regression ranges or claims"), "{refused}");
     }
 }

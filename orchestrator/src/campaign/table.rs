@@ -2,63 +2,79 @@
 
 use std::fmt::Write;
 
+use formation::scenario::Published;
 use serde_json::{Value, json};
 
-use super::{Campaign, ClaimRow, JobResult, Selected};
-use crate::judge::verdict::{Row, Verdict, short};
+use super::{Campaign, ClaimRow, Job, JobResult, Selected};
+use crate::judge::verdict::{Counts, Row, Verdict, factor, short};
+use crate::terminal::counted;
 use crate::terminal::table::{Left, Right, Table};
 
-/// A metric of the thesis beside ours.
-struct Line<'a> {
-    row: &'a Row,
-    ratio: Option<f64>,
-}
-
-impl Line<'_> {
-    /// Metric, published value, ours, ratio of both, band, verdict; without published values, neither these nor the ratio.
-    fn cells(&self, is_published: bool) -> Vec<String> {
-        let Row { id, value, expectation, .. } = self.row;
-        let ratio = self.ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
-        let (band, word) = (self.row.band(), self.row.word().to_string());
-        match is_published {
-            true => vec![id.clone(), expectation.thesis.clone(), short(*value), ratio, band, word],
-            false => vec![id.clone(), short(*value), band, word],
-        }
+/// These metrics as a table; with published values, also what the thesis states and the verdict on it.
+fn table_of(rows: &[&Row], is_published: bool) -> Table {
+    let mut head =
+        vec![("metric", Left), ("measured", Right), ("unit", Left), ("regression range", Right), ("in range", Left)];
+    if is_published {
+        head.extend([("thesis", Left), ("against the thesis", Left)]);
     }
-}
-
-/// These metrics as a table.
-fn table_of(lines: &[Line], is_published: bool) -> Table {
-    let head = match is_published {
-        true => {
-            vec![("metric", Left), ("thesis", Right), ("ours", Right), ("ratio", Right), ("band", Right), ("", Left)]
-        }
-        false => vec![("metric", Left), ("measured", Right), ("band", Right), ("", Left)],
-    };
     let mut table = Table::new(head).indented(4);
-    lines.iter().for_each(|line| table.row(line.cells(is_published)));
+    for row in rows {
+        let unit = row.definition.map_or("", |definition| definition.unit);
+        let mut cells = vec![row.id.clone(), short(row.value), unit.into(), row.range(), row.range_word().to_string()];
+        if is_published {
+            cells.extend([row.expectation.thesis.clone(), row.thesis_word()]);
+        }
+        table.row(cells);
+    }
     table
 }
 
-/// Whether published values of any metric are known.
+/// Whether the thesis states anything about any metric.
 fn is_published(variants: &[(&str, &JobResult)]) -> bool {
     let verdicts = variants.iter().filter_map(|(_, result)| result.verdict.as_ref());
-    verdicts.flat_map(|verdict| &verdict.rows).any(|row| !row.expectation.thesis.is_empty())
+    Counts::of(verdicts.flat_map(|verdict| &verdict.rows)).is_published()
 }
 
-/// The metrics that the thesis or a band says something about.
-fn lines(verdict: &Verdict) -> Vec<Line<'_>> {
-    let told = |row: &&Row| row.ok.is_some() || !row.expectation.thesis.is_empty();
-    let ratio = |row: &Row| first_number(&row.expectation.thesis).map(|printed| row.value / printed);
-    verdict.rows.iter().filter(told).map(|row| Line { row, ratio: ratio(row) }).collect()
+/// The metrics that the thesis or a regression range says something about.
+fn expected(verdict: &Verdict) -> Vec<&Row> {
+    let is_expected = |row: &&Row| row.in_range().is_some() || row.against_thesis() != Published::NotStated;
+    verdict.rows.iter().filter(is_expected).collect()
 }
 
-/// The first number in what the thesis prints, `<= 2e-3`; `None` if it prints words.
-fn first_number(text: &str) -> Option<f64> {
-    let start = text.find(|c: char| c.is_ascii_digit())?;
-    let number: String = text[start..].chars().take_while(|c| c.is_ascii_digit() || ".e-".contains(*c)).collect();
-    let number = number.trim_end_matches(['.', 'e', '-']);
-    number.parse().ok().filter(|value: &f64| *value != 0.0)
+/// Every statement of the thesis that is not met, with its reason; `None` if all are met.
+fn shortfalls(campaign: &Campaign) -> Option<Table> {
+    let head = [
+        ("scenario", Left),
+        ("variant", Left),
+        ("metric", Left),
+        ("thesis", Left),
+        ("measured", Right),
+        ("ratio", Right),
+        ("reason", Left),
+    ];
+    let mut table = Table::new(head);
+    let mut is_empty = true;
+    for (job, result) in own_runs(campaign) {
+        for row in result.verdict.iter().flat_map(|verdict| &verdict.rows) {
+            let Published::NotMet(ratio) = row.against_thesis() else { continue };
+            is_empty = false;
+            table.row([
+                job.shipped.name.to_string(),
+                job.variant.clone(),
+                row.id.clone(),
+                row.expectation.thesis.clone(),
+                short(row.value),
+                ratio.map_or(String::new(), factor),
+                row.expectation.reason.clone(),
+            ]);
+        }
+    }
+    (!is_empty).then_some(table)
+}
+
+/// The runs of variants as they are, without those that claims demand.
+fn own_runs(campaign: &Campaign) -> impl Iterator<Item = &(Job, JobResult)> {
+    campaign.results.iter().filter(|(job, _)| job.with.is_empty())
 }
 
 fn sides(claim: &ClaimRow) -> String {
@@ -73,21 +89,21 @@ fn sides(claim: &ClaimRow) -> String {
     }
 }
 
-/// Counts of a campaign in one sentence.
-fn summary(campaign: &Campaign) -> String {
-    let verdicts = campaign.results.iter().filter(|(job, _)| job.with.is_empty());
-    let rows: Vec<&Row> =
-        verdicts.filter_map(|(_, result)| result.verdict.as_ref()).flat_map(|verdict| &verdict.rows).collect();
-    let judged = rows.iter().filter(|row| row.ok.is_some()).count();
-    let missed = rows.iter().filter(|row| row.ok == Some(false)).count();
+/// Counts of a campaign: runs, regression ranges, the thesis, claims.
+fn summary(campaign: &Campaign) -> Vec<String> {
+    let verdicts = own_runs(campaign).filter_map(|(_, result)| result.verdict.as_ref());
+    let counts = Counts::of(verdicts.flat_map(expected));
+    let claims = campaign.claims.len();
     let broken = campaign.claims.iter().filter(|claim| !claim.holds).count();
-    format!(
-        "{} runs: {} of {judged} bands met, {} of {} claims hold.",
-        campaign.results.len(),
-        judged - missed,
-        campaign.claims.len() - broken,
-        campaign.claims.len()
-    )
+    let mut sentences = vec![
+        format!("{}.", counted(campaign.results.len(), "run")),
+        format!("Regression: {} of {} values in range.", counts.in_range, counts.judged()),
+    ];
+    if counts.is_published() {
+        sentences.push(format!("Against the thesis: {}.", counts.thesis()));
+    }
+    sentences.push(format!("Claims: {} of {claims} hold.", claims - broken));
+    sentences
 }
 
 fn variants<'a>(campaign: &'a Campaign, selected: &'a Selected) -> Vec<(&'a str, &'a JobResult)> {
@@ -109,11 +125,10 @@ pub fn as_text(campaign: &Campaign) -> String {
         for (variant, result) in variants {
             let _ = writeln!(text, "\n  {variant}{}", ending(result));
             let Some(verdict) = &result.verdict else { continue };
-            let lines = lines(verdict);
-            if lines.is_empty() {
-                continue;
+            let rows = expected(verdict);
+            if !rows.is_empty() {
+                text.push_str(&table_of(&rows, is_published).text(None));
             }
-            text.push_str(&table_of(&lines, is_published).text(None));
         }
         for claim in campaign.claims.iter().filter(|claim| claim.scenario == scenario.name) {
             let verdict = if claim.holds { "holds " } else { "BROKEN" };
@@ -122,16 +137,34 @@ pub fn as_text(campaign: &Campaign) -> String {
         }
         text.push('\n');
     }
-    text.push_str(&summary(campaign));
+    if let Some(table) = shortfalls(campaign) {
+        text.push_str(&format!("Not met against the thesis:\n\n{}\n", table.text(None)));
+    }
+    text.push_str(&summary(campaign).join("\n"));
     text.push('\n');
     text
 }
+
+/// What the two verdicts mean.
+const MEANING: &str = "
+**Regression range**: is the value the one of the reference implementation? The ranges are around our own results; they tell whether a change
+of the program changed a result. **Against the thesis**: is the printed statement met? A bound (`<= 2e-3`) is met or it is not; a printed
+value (`= 0.2`) is met within 10 %; a statement in words is qualitative, and the claims below turn it into inequalities. `not met x1.25` is
+the measured value relative to the printed one.
+";
 
 /// A page for the documentation.
 pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
     let beside = campaign.selected.iter().any(|selected| !selected.scenario.thesis.is_empty());
     let title = if beside { "Results beside the thesis" } else { "Results" };
-    let mut text = format!("# {title}\n\nMade by `{command}`. {}\n", summary(campaign));
+    let mut text = format!("# {title}\n\nMade by `{command}`.\n\n");
+    summary(campaign).iter().for_each(|sentence| text.push_str(&format!("- {sentence}\n")));
+    if beside {
+        text.push_str(MEANING);
+    }
+    if let Some(table) = shortfalls(campaign) {
+        text.push_str(&format!("\n## Not met against the thesis\n\n{}", table.markdown()));
+    }
     for selected in &campaign.selected {
         let scenario = &selected.scenario;
         let _ = writeln!(text, "\n## {} ({})", scenario.name, scenario.title);
@@ -143,12 +176,12 @@ pub fn as_markdown(campaign: &Campaign, command: &str) -> String {
         for (variant, result) in variants {
             let _ = writeln!(text, "\n### {variant}{}\n", ending(result));
             let Some(verdict) = &result.verdict else { continue };
-            let lines = lines(verdict);
-            if lines.is_empty() {
-                text.push_str("No bands; the variant serves the claims below.\n");
+            let rows = expected(verdict);
+            if rows.is_empty() {
+                text.push_str("No expectations; the variant serves the claims below.\n");
                 continue;
             }
-            text.push_str(&table_of(&lines, is_published).markdown());
+            text.push_str(&table_of(&rows, is_published).markdown());
         }
         let claims: Vec<&ClaimRow> = campaign.claims.iter().filter(|claim| claim.scenario == scenario.name).collect();
         if claims.is_empty() {
@@ -207,31 +240,16 @@ mod tests {
     use formation::scenario::Expectation;
 
     use super::*;
-    use crate::judge::assertions::Findings;
 
     #[test]
     fn columns_of_published_values_are_there_where_there_are_any() {
         let line = |thesis: &str| {
-            let expectation = Expectation { thesis: thesis.into(), low: None, high: Some(4.0) };
-            let row = Row { id: "x".into(), value: 3.0, ok: Some(true), expectation };
-            let verdict = Verdict { rows: vec![row], not_held: None };
-            let findings = Findings::default();
-            let result = JobResult { verdict: Some(verdict), stopped: None, findings, steps: 1, wall: 0.0 };
-            let is_published = is_published(&[("", &result)]);
-            let cells = lines(result.verdict.as_ref().unwrap())[0].cells(is_published);
-            cells.join(" ")
+            let expectation = Expectation { thesis: thesis.into(), high: Some(4.0), ..Default::default() };
+            let row = Row { id: "x".into(), value: 3.0, definition: None, expectation };
+            let is_published = Counts::of([&row]).is_published();
+            table_of(&[&row], is_published).markdown().lines().last().unwrap_or_default().to_string()
         };
-        assert_eq!(line("<= 2"), "x <= 2 3 1.50 <= 4 ok");
-        assert_eq!(line(""), "x 3 <= 4 ok");
-    }
-
-    #[test]
-    fn printed_values_are_found_in_their_text() {
-        assert_eq!(first_number("<= 2e-3"), Some(2e-3));
-        assert_eq!(first_number("4.2 s (at 0.053)"), Some(4.2));
-        assert_eq!(first_number("9e-2"), Some(9e-2));
-        assert_eq!(first_number("bounded"), None);
-        assert_eq!(first_number("0 in theory"), None);
-        assert_eq!(first_number("> 300"), Some(300.0));
+        assert_eq!(line("<= 2"), "| x | 3 |  | <= 4 | ok | <= 2 | not met x1.50 |");
+        assert_eq!(line(""), "| x | 3 |  | <= 4 | ok |");
     }
 }

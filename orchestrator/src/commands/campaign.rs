@@ -26,7 +26,7 @@ pub(crate) enum TableFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct CampaignArgs {
-    /// Names of scenarios (see `phalanx list`) [default: all that have bands or claims]
+    /// Names of scenarios (see `phalanx list`) [default: all that have regression ranges or claims]
     pub(crate) scenarios: Vec<String>,
     /// How the tables are written
     #[arg(long, value_enum, default_value_t = TableFormat::Text)]

@@ -18,9 +18,12 @@ use crate::terminal::{columns, wrapped};
 pub(crate) struct CheckArgs {
     /// A log that `phalanx run` recorded
     pub(crate) log: PathBuf,
-    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    /// Hold the run against the regression ranges and the thesis even if it was overridden, swapped or cut short
     #[arg(long)]
     pub(crate) strict: bool,
+    /// Print symbol, unit and meaning of every metric instead
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) explain: bool,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -36,6 +39,10 @@ pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> 
             args.log.display()
         )));
     };
+    if args.explain {
+        print!("{}", verdict.explanation(columns()));
+        return Ok(());
+    }
     let recorded = log.steps().end - log.steps().start;
     let planned = scenario.context.timing.periods() + 1;
     let complete = recorded == planned;
@@ -52,7 +59,7 @@ pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> 
         println!("{summary}");
     } else {
         print!("{}", verdict.table(columns()));
-        println!("\n{}", summary_line(&verdict));
+        print!("\n{}", verdict.summary(columns()));
         show_findings(&findings);
         show_players(&players);
         if !complete {
@@ -85,7 +92,7 @@ pub(super) fn players_json(players: &[Player]) -> Vec<Value> {
     players.iter().map(Player::to_json).collect()
 }
 
-/// The verdict on a run with these players that ended early for the reason `cut`, if it did. Its bands are not held against a run
+/// The verdict on a run with these players that ended early for the reason `cut`, if it did. Nothing is held against a run
 /// that was swapped or cut short, unless it is `strict`.
 pub(super) fn held(verdict: Verdict, players: &[Player], cut: Option<String>, strict: bool) -> Verdict {
     if strict {
@@ -94,20 +101,4 @@ pub(super) fn held(verdict: Verdict, players: &[Player], cut: Option<String>, st
     let sentences: Vec<String> = players.iter().map(Player::sentence).collect();
     let swapped = (!sentences.is_empty()).then(|| sentences.join("; "));
     verdict.not_held_since(swapped).not_held_since(cut)
-}
-
-/// One sentence about the bands.
-pub(super) fn summary_line(verdict: &Verdict) -> String {
-    let judged = verdict.rows.iter().filter(|row| row.ok.is_some()).count();
-    let missed = verdict.missed();
-    match (judged, missed, &verdict.not_held) {
-        (0, ..) => "There are no bands for this variant.".into(),
-        (_, _, Some(reason)) => format!(
-            "The bands are those of the scenario as it is; {} of {judged} would be met. They are not held against this run \
-             ({reason}); `--strict` does.",
-            judged - missed
-        ),
-        (_, 0, None) => format!("All {judged} bands are met."),
-        (_, _, None) => format!("{missed} of {judged} bands are missed."),
-    }
 }

@@ -12,7 +12,7 @@ use processes::console::{self, Dropped};
 use serde_json::{Value, json};
 
 use super::arguments::{ScenarioArgs, factor, wait_time};
-use super::check::{held, players_json, show_findings, show_players, summary_line};
+use super::check::{held, players_json, show_findings, show_players};
 use super::select::assemble_for;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
@@ -28,7 +28,7 @@ use crate::run::robots;
 use crate::run::swap::{RobotSwap, Swap};
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, counted, program, quoted, wrapped};
-use recording::LogPlace;
+use recording::{Log, LogPlace};
 
 /// How long an interrupted run may take to end in order.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -103,9 +103,12 @@ pub(crate) struct RunArgs {
     /// How long a step may wait for a participant before it counts as failed, s [default: 10, or the scenario's]
     #[arg(long, value_name = "SECONDS", value_parser = wait_time)]
     pub(crate) deadline: Option<f64>,
-    /// Hold the bands of the scenario against the run even if it was overridden, swapped or cut short
+    /// Hold the run against the regression ranges and the thesis even if it was overridden, swapped or cut short
     #[arg(long)]
     pub(crate) strict: bool,
+    /// Compute no metrics: nothing is held against the regression ranges or the thesis. Assertions are still watched
+    #[arg(long, conflicts_with = "strict")]
+    pub(crate) no_check: bool,
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,
@@ -161,6 +164,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     }
     let outcome = carry_out(&assembly, &options, end_on_signals)?;
     let (verdict, players) = match &outcome.log {
+        Some(log) if args.no_check => (None, Log::first_step(&log.path)?.players().iter().map(Player::read).collect()),
         Some(log) => {
             let (verdict, log) = Verdict::read(&catalog.metrics, &assembly.scenario, &log.path)?;
             (verdict, log.players().iter().map(Player::read).collect())
@@ -185,13 +189,20 @@ pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<()
     if verdict.is_some_and(|verdict| !verdict.ok()) { Err(Failure::Missed) } else { Ok(()) }
 }
 
-/// `runs/uav-TSC.mcap`, or `runs/uav-TSC+plant.mcap` where the command line swaps the plant.
+/// `runs/uav-TSC.mcap`, `runs/uav-TSC+plant.mcap` where the command line swaps the plant, and `runs/uav-TSC-1f0a2c3b.mcap` with a
+/// digest of the overrides where there are any, so that the run as it is in its file keeps its log.
 pub(super) fn default_log(assembly: &Assembly, swaps: &[String]) -> PathBuf {
     let scenario = &assembly.scenario;
     let variant = if scenario.variant.is_empty() { String::new() } else { format!("-{}", scenario.variant) };
     let names: Vec<String> =
         swaps.iter().map(|swap| swap.split('=').next().unwrap_or_default().trim().replace('.', "_")).collect();
-    Path::new("runs").join(format!("{}{variant}{}.mcap", scenario.name, marks(&names)))
+    let overridden = digest(&scenario.overrides).map_or(String::new(), |digest| format!("-{digest}"));
+    Path::new("runs").join(format!("{}{variant}{overridden}{}.mcap", scenario.name, marks(&names)))
+}
+
+/// Eight digits for a list of overrides; `None` if it is empty.
+fn digest(overrides: &[String]) -> Option<String> {
+    (!overrides.is_empty()).then(|| format!("{:08x}", crc32fast::hash(overrides.join("\n").as_bytes())))
 }
 
 /// What the name of a log says of swapped participants: `+plant`, `+controller_3`, or `+controllers` if they are several.
@@ -323,7 +334,7 @@ fn end_the_process(stop: &RunControl) {
 fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
     if let Some(verdict) = verdict.filter(|verdict| !verdict.rows.is_empty()) {
         println!("{}", verdict.table(columns()));
-        println!("{}", summary_line(verdict));
+        print!("{}", verdict.summary(columns()));
     }
     show_findings(&outcome.findings);
     if let Some(reason) = outcome.ending.reason() {
@@ -376,6 +387,10 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
         println!("\nNext:\n  {program} report {word}    # shows it in a browser");
         println!("  {program} check {word}     # computes this table again");
         say("Foxglove, Lichtblick, Rerun and PlotJuggler open the file as it is.".into());
+    }
+    // Last, so that a long table does not scroll it away.
+    for finding in outcome.findings.0.iter().filter(|finding| !finding.ok()) {
+        say(format!("\n{}", finding.attention()));
     }
 }
 

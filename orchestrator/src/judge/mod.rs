@@ -1,4 +1,4 @@
-//! What a run is worth: its metrics and their bands, its assertions, and the claims that compare runs.
+//! What a run is worth: its metrics against regression ranges and the thesis, its assertions, and the claims that compare runs.
 
 pub mod assertions;
 pub mod claims;

@@ -3,6 +3,7 @@
 pub(crate) mod drawing;
 pub(crate) mod export;
 pub(crate) mod figures;
+pub mod glossary;
 pub(crate) mod layouts;
 pub mod report;
 pub mod schema;

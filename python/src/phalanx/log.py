@@ -235,7 +235,7 @@ class Log(Mapping[str, Topic]):
 
     @property
     def metrics(self) -> dict[str, Metric]:
-        """All metrics of the run with their bands; empty if they cannot be computed."""
+        """All metrics of the run, against their regression ranges and the thesis; empty if they cannot be computed."""
         return self.judgement.metrics
 
     @property
@@ -250,7 +250,7 @@ class Log(Mapping[str, Topic]):
 
     @property
     def ok(self) -> bool:
-        """Whether the run came to its end, with every metric within its band and no assertion violated."""
+        """Whether the run came to its end, with every metric in its regression range and no assertion violated."""
         return self.judgement.ok
 
 

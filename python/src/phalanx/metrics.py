@@ -22,13 +22,23 @@ class Metric:
     value: float
     """What was measured; NaN if it does not exist, such as the time of something that never happened."""
     low: float | None = None
-    """Lower end of its band."""
+    """Lower end of its regression range."""
     high: float | None = None
-    """Upper end of its band."""
+    """Upper end of its regression range."""
+    in_range: bool | None = None
+    """Whether it is in its regression range, that is, what the reference implementation gives; ``None`` without a range."""
     thesis: str | None = None
-    """What the thesis says about it."""
-    ok: bool | None = None
-    """Whether it lies in its band; ``None`` without a band."""
+    """What the thesis states about it."""
+    against_thesis: str = "not stated"
+    """That statement is "met", "not met", "qualitative" (in words) or "not stated"."""
+    ratio: float | None = None
+    """The value relative to the printed number, if there is one."""
+    reason: str | None = None
+    """Why the statement is not met."""
+    symbol: str | None = None
+    unit: str | None = None
+    description: str | None = None
+    """What it means, in one sentence."""
 
     def __float__(self) -> float:
         return self.value
@@ -93,10 +103,13 @@ class Judgement:
 def from_json(metrics: Mapping[str, Mapping[str, Any]]) -> dict[str, Metric]:
     """Metrics as ``phalanx check --json`` and ``phalanx run --json`` print them."""
 
+    known = {one.name for one in fields(Metric)} - {"value", "low", "high"}
+
     def metric(entry: Mapping[str, Any]) -> Metric:
         # JSON has no NaN.
         value = math.nan if entry["value"] is None else float(entry["value"])
-        return Metric(value, entry.get("lo"), entry.get("hi"), entry.get("thesis"), entry.get("ok"))
+        rest = {key: entry[key] for key in known if entry.get(key) is not None}
+        return Metric(value, entry.get("lo"), entry.get("hi"), **rest)
 
     return {name: metric(entry) for name, entry in metrics.items()}
 

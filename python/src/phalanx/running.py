@@ -134,7 +134,7 @@ def run(
     All participants run in one process unless ``placement`` says otherwise, and each that is swapped, here or in the scenario, in a
     process beside it: the result is the same, bit by bit. ``options`` are further options of ``phalanx run``.
 
-    A run that misses a band, violates an assertion, is halted, loses a participant or is interrupted is a result: see `Log.ok`,
+    A run that misses a regression range, violates an assertion, is halted, loses a participant or is interrupted is a result: see `Log.ok`,
     `Log.ending`, `Log.metrics`, `Log.assertions` and `Log.faults`. Raises only if nothing was run: `ScenarioError` if an argument or
     the scenario is not valid, `LogError` if the log cannot be written, `ProgramError` otherwise, with the message of the program.
     """

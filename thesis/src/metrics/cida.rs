@@ -5,7 +5,7 @@ use formation::nalgebra::Vector3;
 use formation::wiring::Role;
 
 use super::speed_formation::SpeedFormation;
-use orchestrator::judge::metrics::{Metric, MetricError, Run, maximum_from, total_variation};
+use orchestrator::judge::metrics::{Definition, Metric, MetricError, Run, maximum_from, total_variation};
 
 /// Levels below which the norms of Ẽ, e, δ and u have to settle, and those that the thesis names for the first three.
 struct Levels {
@@ -20,6 +20,90 @@ const NAMES: [&str; 4] = ["Ẽ", "ex", "δ", "u"];
 
 /// End of the span in which oscillations and reversals count, start of that in which a diverging network is looked at, s.
 const TRANSIENT: f64 = 20.0;
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "b_Ẽ",
+        "‖Ẽ‖",
+        "m/s, rad/s",
+        "Uncertainty against its estimate; all robots, largest in the last quarter.",
+    ),
+    Definition::new("b_ex", "‖e_x‖", "m, rad", "Local error; all robots, largest in the last quarter."),
+    Definition::new("b_δ", "‖δ‖", "m, rad", "Formation error; all robots, largest in the last quarter."),
+    Definition::new("b_u", "‖u‖", "m/s", "Wheel speeds; all robots, largest in the last quarter."),
+    Definition::new("t_Ẽ", "t(‖Ẽ‖ ≤ 0.06)", "s", "Time from which on ‖Ẽ‖ stays below 0.06 (without an observer: 420)."),
+    Definition::new(
+        "t_ex",
+        "t(‖e_x‖ ≤ 0.02)",
+        "s",
+        "Time from which on ‖e_x‖ stays below 0.02 (without an observer: 0.20).",
+    ),
+    Definition::new(
+        "t_δ",
+        "t(‖δ‖ ≤ 0.007)",
+        "s",
+        "Time from which on ‖δ‖ stays below 0.007 (without an observer: 0.08).",
+    ),
+    Definition::new(
+        "t_u",
+        "t(‖u‖ ≤ 0.65)",
+        "s",
+        "Time from which on ‖u‖ stays below 0.65 (without an observer: 0.80).",
+    ),
+    Definition::new(
+        "t_Ẽ({level})",
+        "t(‖Ẽ‖ ≤ {level})",
+        "s",
+        "Time from which on ‖Ẽ‖ stays below the level of the thesis.",
+    ),
+    Definition::new(
+        "t_ex({level})",
+        "t(‖e_x‖ ≤ {level})",
+        "s",
+        "Time from which on ‖e_x‖ stays below the level of the thesis.",
+    ),
+    Definition::new(
+        "t_δ({level})",
+        "t(‖δ‖ ≤ {level})",
+        "s",
+        "Time from which on ‖δ‖ stays below the level of the thesis.",
+    ),
+    Definition::new("t_ξ", "t(ξ̄ = 1)", "s", "Time from which on no consensus input is scaled down any more."),
+    Definition::new(
+        "V_x",
+        "V_x",
+        "m",
+        "Oscillation of the local errors along x in the first 20 s: total variation less net change, all robots.",
+    ),
+    Definition::new("V_y", "V_y", "m", "Oscillation of the local errors along y in the first 20 s, all robots."),
+    Definition::new(
+        "V_θ",
+        "V_θ",
+        "rad",
+        "Oscillation of the local errors of the heading in the first 20 s, all robots.",
+    ),
+    Definition::new("V_x_{i}", "V_x", "m", "As `V_x`, of robot {i}."),
+    Definition::new("V_y_{i}", "V_y", "m", "As `V_y`, of robot {i}."),
+    Definition::new("V_θ_{i}", "V_θ", "rad", "As `V_θ`, of robot {i}."),
+    Definition::new(
+        "m20_Ẽ",
+        "max ‖Ẽ‖",
+        "m/s, rad/s",
+        "Uncertainty against its estimate; all robots, largest after 20 s.",
+    ),
+    Definition::new("m20_ex", "max ‖e_x‖", "m, rad", "Local error; all robots, largest after 20 s."),
+    Definition::new("m20_δ", "max ‖δ‖", "m, rad", "Formation error; all robots, largest after 20 s."),
+    Definition::new("m20_u", "max ‖u‖", "m/s", "Wheel speeds; all robots, largest after 20 s."),
+    Definition::new("TV_u", "TV(u)", "m/s", "Total variation of all inputs in the last quarter: chatter."),
+    Definition::new(
+        "rev20",
+        "",
+        "",
+        "Share of the first 20 s, over robots and channels, in which saturation reverses the commanded motion.",
+    ),
+    Definition::new("max_u", "max |u|", "m/s", "Largest wheel speed that is commanded."),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let observed = run.offers(Role::Observer, 0, "disturbance");

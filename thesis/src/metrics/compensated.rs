@@ -3,7 +3,7 @@
 use formation::wiring::Role;
 
 use super::speed_formation::SpeedFormation;
-use orchestrator::judge::metrics::{Metric, MetricError, Run, maximum, maximum_from, norm, norm_between};
+use orchestrator::judge::metrics::{Definition, Metric, MetricError, Run, maximum, maximum_from, norm, norm_between};
 
 /// Level below which every ‖Ẽ_i‖ has to settle; the bound of the thesis.
 const UNCERTAINTY_LEVEL: f64 = 2.1e-3;
@@ -11,6 +11,45 @@ const UNCERTAINTY_LEVEL: f64 = 2.1e-3;
 const ERROR_LEVEL: f64 = 0.05;
 /// End of the span in which oscillations count, s.
 const TRANSIENT: f64 = 30.0;
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "b_Ẽ",
+        "max ‖Ẽ_i‖",
+        "m/s, rad/s",
+        "Uncertainty against its estimate; worst robot, largest in the last quarter.",
+    ),
+    Definition::new("t_Ẽ", "t(‖Ẽ_i‖ ≤ 2.1e-3)", "s", "Time from which on every ‖Ẽ_i‖ stays below the thesis's bound."),
+    Definition::new("b_x̃", "max ‖x_i − x̂_i‖", "m, rad", "Observation error; worst robot, largest in the last quarter."),
+    Definition::new("b_ex", "‖e‖", "m, rad", "Local error; all robots, largest in the last quarter."),
+    Definition::new("b_δ", "‖δ‖", "m, rad", "Formation error; all robots, largest in the last quarter."),
+    Definition::new("t_ex", "t(‖e‖ ≤ 0.05)", "s", "Time from which on ‖e‖ stays below 0.05."),
+    Definition::new("sat_end", "t", "s", "Last time at which a wheel is asked for more than its limit."),
+    Definition::new(
+        "b_ξ",
+        "max ‖ξ_i‖",
+        "m, rad",
+        "Auxiliary variable of the compensator; worst robot, largest in the last quarter.",
+    ),
+    Definition::new("max_u", "max |u|", "m/s", "Largest wheel speed that is commanded."),
+    Definition::new(
+        "V_x",
+        "V_x",
+        "m",
+        "Oscillation of the local errors along x in the first 30 s: total variation less net change, all robots.",
+    ),
+    Definition::new("V_y", "V_y", "m", "Oscillation of the local errors along y in the first 30 s, all robots."),
+    Definition::new(
+        "V_θ",
+        "V_θ",
+        "rad",
+        "Oscillation of the local errors of the heading in the first 30 s, all robots.",
+    ),
+    Definition::new("V_x_{i}", "V_x", "m", "As `V_x`, of robot {i}."),
+    Definition::new("V_y_{i}", "V_y", "m", "As `V_y`, of robot {i}."),
+    Definition::new("V_θ_{i}", "V_θ", "rad", "As `V_θ`, of robot {i}."),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let formation = SpeedFormation::read(run, Role::Observer, "disturbance")?;

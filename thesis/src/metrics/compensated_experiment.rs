@@ -11,7 +11,7 @@ use plant::Laboratory;
 use plant::laboratory::LaboratoryRobot;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, maximum, norm, norm_between, square_sum, total_variation,
+    Definition, Metric, MetricError, Run, maximum, norm, norm_between, square_sum, total_variation,
 };
 use recording::Series;
 
@@ -24,6 +24,42 @@ const OBSERVED: f64 = 5.0;
 
 /// Poses of all robots at one sample.
 type Poses = Vec<Vector3<f64>>;
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "b_ex_{hold}",
+        "‖e‖",
+        "m, rad",
+        "Local error after 25 s, largest outside the given seconds after a fault; all robots.",
+    ),
+    Definition::new("b_ex", "‖e‖", "m, rad", "Local error; all robots, largest after 25 s."),
+    Definition::new("rms_e", "rms ‖e‖", "m, rad", "Root mean square of the local error after 25 s; all robots."),
+    Definition::new(
+        "b_x̃_6",
+        "max ‖x_i − x̂_i‖",
+        "m, rad",
+        "Observation error after 25 s, largest outside 6 s after a fault; worst robot.",
+    ),
+    Definition::new("max_x̃", "max ‖x_i − x̂_i‖", "m, rad", "Observation error, largest after 5 s; worst robot."),
+    Definition::new("peak_θ", "max |e_θ|", "rad", "Largest local error of a heading after 17.5 s."),
+    Definition::new("TV_late", "TV(e)", "m, rad", "Total variation of the local errors after 17.5 s, all robots."),
+    Definition::new(
+        "V_early",
+        "V",
+        "m, rad",
+        "Oscillation of the local errors in the first 17.5 s: total variation less net change, all robots.",
+    ),
+    Definition::new("final_e", "‖e‖", "m, rad", "Local error at the end; all robots."),
+    Definition::new("max_u", "max |u|", "m/s", "Largest wheel speed that is commanded."),
+    Definition::new("held", "", "", "Number of samples in which a robot's pose was held for lack of a measurement."),
+    Definition::new(
+        "lockstep",
+        "",
+        "",
+        "1 if the emulation of the recorded commands gives the recorded poses, else 0 (real time, real robots).",
+    ),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let Some(laboratory) = Laboratory::of(run.scenario) else {

@@ -6,11 +6,84 @@
 use formation::formula::Jet;
 use formation::wiring::Role;
 
-use orchestrator::judge::metrics::{Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between};
+use orchestrator::judge::metrics::{
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, norm, norm_between,
+};
 use recording::Series;
 
 /// Coordinates of an agent.
 const D: usize = 3;
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new("dx_bound", "max ‖δx_i‖", "m, rad", "Formation error; worst agent, largest in the last quarter."),
+    Definition::new(
+        "xi_bound",
+        "max ‖ξ_i‖",
+        "m/s², rad/s²",
+        "Sliding variable; worst agent, largest in the last quarter.",
+    ),
+    Definition::new(
+        "dx_conv_1e-2",
+        "t(‖δx_i‖ ≤ 1e-2)",
+        "s",
+        "Time from which on every formation error stays below 0.01.",
+    ),
+    Definition::new(
+        "dx_conv_5e-2",
+        "t(‖δx_i‖ ≤ 5e-2)",
+        "s",
+        "Time from which on every formation error stays below 0.05.",
+    ),
+    Definition::new("u_max", "max |u|", "m/s², rad/s²", "Largest component of any input."),
+    Definition::new(
+        "u_slew",
+        "max |Δu|/dt",
+        "m/s³, rad/s³",
+        "Fastest change of any input component in the last quarter: chatter.",
+    ),
+    Definition::new("dx_20_27", "max ‖δx_i‖", "m, rad", "Formation error; worst agent, largest from 20 to 27 s."),
+    Definition::new("xi_20_27", "max ‖ξ_i‖", "m/s², rad/s²", "Sliding variable; worst agent, largest from 20 to 27 s."),
+    Definition::new(
+        "w_err_bound",
+        "max ‖w_i − ŵ_i‖",
+        "m/s², rad/s²",
+        "Uncertainty against the observer's estimate; worst agent, largest in the last quarter.",
+    ),
+    Definition::new(
+        "wdot_err_bound",
+        "max ‖ẇ_i − γ_3i‖",
+        "m/s³, rad/s³",
+        "Rate of the uncertainty against its estimate; worst agent, largest in the last quarter.",
+    ),
+    Definition::new(
+        "w_err_conv",
+        "t(‖w_i − ŵ_i‖ ≤ 0.05)",
+        "s",
+        "Time from which on every error of the estimated uncertainty stays below 0.05.",
+    ),
+    Definition::new(
+        "E_err_bound",
+        "max ‖E_i − Ê_i‖",
+        "m/s³, rad/s³",
+        "Learned quantity E = ẇ + (k + λ) w against the network; worst agent, largest in the last quarter.",
+    ),
+    Definition::new("E_err_bound_{i}", "max ‖E_{i} − Ê_{i}‖", "m/s³, rad/s³", "As `E_err_bound`, of one agent."),
+    Definition::new("E_err_20_27", "max ‖E_i − Ê_i‖", "m/s³, rad/s³", "As `E_err_bound`, from 20 to 27 s."),
+    Definition::new("W_norm_max", "max ‖W_i‖_F", "", "Largest Frobenius norm of the weights of any agent."),
+    Definition::new(
+        "zeta_gap",
+        "max |ζ − ζ̄|",
+        "",
+        "Hysteresis state of the actuators against that of the inverse model, largest of the run.",
+    ),
+    Definition::new(
+        "h_minus_pi",
+        "max |h − π|",
+        "m/s², rad/s²",
+        "Input that the actuators give against the one that was commanded, largest of the run.",
+    ),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let mut metrics = tracking(run)?;

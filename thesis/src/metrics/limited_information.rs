@@ -4,7 +4,8 @@ use formation::scenario::Context;
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum, total_variation,
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum,
+    total_variation,
 };
 use recording::Series;
 
@@ -53,6 +54,91 @@ const START: f64 = 4.0;
 
 /// From here on no link but the static ones should be left, s.
 const LATE: f64 = 10.0;
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "Nx_mid",
+        "Σ‖x_i − x̂_i‖",
+        "m, rad",
+        "Errors of the observed positions, sum over the robots, largest from 6 to 30 s.",
+    ),
+    Definition::new(
+        "Nx_end",
+        "Σ‖x_i − x̂_i‖",
+        "m, rad",
+        "Errors of the observed positions, sum over the robots, largest in the last quarter.",
+    ),
+    Definition::new(
+        "Nv_mid",
+        "Σ‖v_i − v̂_i‖",
+        "m/s, rad/s",
+        "Errors of the observed velocities, sum over the robots, largest from 6 to 30 s.",
+    ),
+    Definition::new(
+        "Nv_end",
+        "Σ‖v_i − v̂_i‖",
+        "m/s, rad/s",
+        "Errors of the observed velocities, sum over the robots, largest in the last quarter.",
+    ),
+    Definition::new(
+        "Nw_mid",
+        "Σ‖w_i − ŵ_i‖",
+        "m/s², rad/s²",
+        "Errors of the estimated uncertainties, sum over the robots, largest from 6 to 30 s.",
+    ),
+    Definition::new(
+        "Nw_end",
+        "Σ‖w_i − ŵ_i‖",
+        "m/s², rad/s²",
+        "Errors of the estimated uncertainties, sum over the robots, largest in the last quarter.",
+    ),
+    Definition::new("t_{level}", "t(Nw ≤ {level})", "s", "Time from which on Nw stays below a level until 30 s."),
+    Definition::new(
+        "TV",
+        "TV(ŵ)",
+        "m/s², rad/s²",
+        "Total variation of the estimated uncertainties in the first 4 s, all robots.",
+    ),
+    Definition::new(
+        "TV_true",
+        "TV(w)",
+        "m/s², rad/s²",
+        "Total variation of the true uncertainties in the first 4 s, all robots.",
+    ),
+    Definition::new("dx_end", "‖δx‖", "m, rad", "Formation error; all robots, largest in the last quarter."),
+    Definition::new("ex_end", "‖e_x‖", "m, rad", "Local error; all robots, largest in the last quarter."),
+    Definition::new(
+        "S_end",
+        "‖S‖",
+        "m/s, rad/s",
+        "Sliding variable made of the true velocities; all robots, largest in the last quarter.",
+    ),
+    Definition::new(
+        "Ŝ_end",
+        "‖Ŝ‖",
+        "m/s, rad/s",
+        "Sliding variable that the controllers use; all robots, largest in the last quarter.",
+    ),
+    Definition::new("margin_{ij}", "min d_{ij}", "m", "Smallest clearance between two robots; below zero: collision."),
+    Definition::new("margin_min", "min d_ij", "m", "Smallest clearance between any two robots."),
+    Definition::new("collisions", "", "", "Number of pairs that collide."),
+    Definition::new(
+        "z_to_r_lo",
+        "min z_ij/r_ij",
+        "",
+        "Smallest distance of a pair relative to the inner boundary of its potential.",
+    ),
+    Definition::new("a2pk_{ij}", "max a²_{ij}", "", "Largest weight of the distance-dependent link of a pair."),
+    Definition::new("a2_late", "max a²_ij", "", "Largest weight of any distance-dependent link after 10 s."),
+    Definition::new("u_max", "max |u|", "N, N m", "Largest component of any input."),
+    Definition::new(
+        "t_ref",
+        "t(‖γ_2 − ẋ_d‖ ≤ 1e-3)",
+        "s",
+        "Time from which on the differentiated reference stays within 1e-3 of the true one.",
+    ),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let planar = |run: &Run| run.scenario.context.agents.iter().all(|agent| agent.vehicle.omni().is_some());

@@ -4,7 +4,8 @@ use formation::nalgebra::{Matrix3, Vector3};
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum, total_variation,
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm_between, square_sum,
+    total_variation,
 };
 use recording::Series;
 
@@ -43,6 +44,90 @@ impl<'a> Signals<'a> {
         })
     }
 }
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new("De", "Δ_e", "m s, rad s", "Integral of the 1-norm of the local errors (6.32)."),
+    Definition::new("Du", "Δ_u", "N s", "Integral of the 1-norm of the inputs (6.33)."),
+    Definition::new("De_20", "Δ_e", "m s, rad s", "As `De`, to 20 s."),
+    Definition::new("Du_20", "Δ_u", "N s", "As `Du`, to 20 s."),
+    Definition::new(
+        "wt_bound",
+        "‖w̃‖",
+        "m/s², rad/s²",
+        "Uncertainty against its estimate; all robots, largest in the last quarter.",
+    ),
+    Definition::new("wt_t({level})", "t(‖w̃‖ ≤ {level})", "s", "Time from which on ‖w̃‖ stays below a level."),
+    Definition::new("wt_10", "‖w̃‖(10 s)", "m/s², rad/s²", "Error of the estimated uncertainty at 10 s; all robots."),
+    Definition::new("wt_end", "‖w̃‖(T)", "m/s², rad/s²", "Error of the estimated uncertainty at the end; all robots."),
+    Definition::new(
+        "max_wt",
+        "max ‖w̃‖",
+        "m/s², rad/s²",
+        "Error of the estimated uncertainty, largest of the run; all robots.",
+    ),
+    Definition::new("S_bound", "‖S‖", "m/s, rad/s", "Sliding variable; all robots, largest in the last quarter."),
+    Definition::new("ex_bound", "‖e_x‖", "m, rad", "Local error; all robots, largest in the last quarter."),
+    Definition::new("dx_bound", "‖δx‖", "m, rad", "Formation error; all robots, largest in the last quarter."),
+    Definition::new("S_20", "‖S‖(20 s)", "m/s, rad/s", "Sliding variable at 20 s; all robots."),
+    Definition::new("ex_20", "‖e_x‖(20 s)", "m, rad", "Local error at 20 s; all robots."),
+    Definition::new("dx_20", "‖δx‖(20 s)", "m, rad", "Formation error at 20 s; all robots."),
+    Definition::new("ex_t({level})", "t(‖e_x‖ ≤ {level})", "s", "Time from which on ‖e_x‖ stays below a level."),
+    Definition::new("tv_S5", "TV(‖S‖)", "m/s, rad/s", "Total variation of ‖S‖ in the first 5 s."),
+    Definition::new("max_S", "max ‖S‖", "m/s, rad/s", "Sliding variable, largest of the run; all robots."),
+    Definition::new(
+        "xi_bound",
+        "‖ξ‖",
+        "m/s, rad/s",
+        "Auxiliary variable of the compensator; all robots, largest in the last quarter.",
+    ),
+    Definition::new("max_u", "max |u|", "N", "Largest wheel force."),
+    Definition::new(
+        "rev",
+        "t",
+        "s",
+        "Time during which inputs act against the demanded direction, summed over robots and channels.",
+    ),
+    Definition::new(
+        "lp_excess",
+        "",
+        "m/s², rad/s²",
+        "How far a regulated input leaves the interval between zero and what was demanded, at worst.",
+    ),
+    Definition::new(
+        "tv_sth",
+        "TV(s_θ)",
+        "rad/s",
+        "Total variation of the heading's sliding variable in the first 5 s, all robots.",
+    ),
+    Definition::new("tv_sth_{i}", "TV(s_θ{i})", "rad/s", "As `tv_sth`, of one robot."),
+    Definition::new(
+        "over_{i}",
+        "max(−s)",
+        "m/s",
+        "Overshoot of the sliding variables along x and y beyond zero, one robot.",
+    ),
+    Definition::new("over_x_{i}", "max(−s_x)", "m/s", "Overshoot of the sliding variable along x, one robot."),
+    Definition::new("over_y_{i}", "max(−s_y)", "m/s", "Overshoot of the sliding variable along y, one robot."),
+    Definition::new(
+        "over_theta_{i}",
+        "max(−s_θ)",
+        "rad/s",
+        "Overshoot of the sliding variable of the heading, one robot.",
+    ),
+    Definition::new(
+        "windup_{i}",
+        "rms (s_x, s_y)",
+        "m/s",
+        "Root mean square of the sliding variables along x and y from 1.5 to 9 s, one robot.",
+    ),
+    Definition::new(
+        "over_rank_{k}",
+        "",
+        "m/s, rad/s",
+        "The three largest overshoots of all robots and channels, in descending order.",
+    ),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let signals = Signals::read(run)?;

@@ -3,7 +3,7 @@
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm, norm_between,
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm, norm_between,
 };
 use recording::Series;
 
@@ -45,6 +45,107 @@ impl Norms {
 fn order(run: &Run, agent: usize) -> usize {
     run.scenario.context.agents[agent].vehicle.order()
 }
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "dx",
+        "max ‖x − x̄‖",
+        "m, rad",
+        "Robot against its virtual agent; worst robot, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s",
+        "max ‖s‖",
+        "m/s, rad/s",
+        "Sliding variable of the second-order robots; worst robot, largest in the last quarter.",
+    ),
+    Definition::new(
+        "w_til",
+        "max ‖w − ŵ‖",
+        "m/s^n, rad/s^n",
+        "Uncertainty against its estimate, n the order of the robot; worst robot, largest in the last quarter.",
+    ),
+    Definition::new(
+        "track",
+        "max ‖x − x_d‖",
+        "m, rad",
+        "Robot against its desired position; worst robot, largest in the last quarter.",
+    ),
+    Definition::new(
+        "dbar_x",
+        "max ‖δ̄x‖",
+        "m, rad",
+        "Virtual agent against its desired position; worst agent, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_bar",
+        "max ‖s̄‖",
+        "m/s, rad/s",
+        "Sliding variable of the virtual agents; worst agent, largest in the last quarter.",
+    ),
+    Definition::new("dx_first", "max ‖x − x̄‖", "m, rad", "As `dx`, of the first-order robots."),
+    Definition::new("dx_second", "max ‖x − x̄‖", "m, rad", "As `dx`, of the second-order robots."),
+    Definition::new("track_first", "max ‖x − x_d‖", "m, rad", "As `track`, of the first-order robots."),
+    Definition::new("track_second", "max ‖x − x_d‖", "m, rad", "As `track`, of the second-order robots."),
+    Definition::new("w_til_first", "max ‖w − ŵ‖", "m/s, rad/s", "As `w_til`, of the first-order robots."),
+    Definition::new("w_til_second", "max ‖w − ŵ‖", "m/s², rad/s²", "As `w_til`, of the second-order robots."),
+    Definition::new(
+        "t_dbar_x",
+        "t(‖δ̄x‖ ≤ 4e-2)",
+        "s",
+        "Time from which on every virtual agent keeps the thesis's bound of `dbar_x`.",
+    ),
+    Definition::new(
+        "t_s_bar",
+        "t(‖s̄‖ ≤ 6e-3)",
+        "s",
+        "Time from which on every virtual agent keeps the thesis's bound of `s_bar`.",
+    ),
+    Definition::new(
+        "t_dx",
+        "t(‖x − x̄‖ ≤ 2e-3)",
+        "s",
+        "Time from which on every robot keeps the thesis's bound of `dx`.",
+    ),
+    Definition::new(
+        "t_s",
+        "t(‖s‖ ≤ 4e-3)",
+        "s",
+        "Time from which on every second-order robot keeps the thesis's bound of `s`.",
+    ),
+    Definition::new(
+        "t_w_til",
+        "t(‖w − ŵ‖ ≤ 1e-2)",
+        "s",
+        "Time from which on every robot keeps the thesis's bound of `w_til`.",
+    ),
+    Definition::new(
+        "t_track",
+        "t(‖x − x_d‖ ≤ 6e-3)",
+        "s",
+        "Time from which on every robot keeps the thesis's bound of `track`.",
+    ),
+    Definition::new(
+        "peak_dx",
+        "max ‖x − x̄‖",
+        "m, rad",
+        "Robot against its virtual agent; worst robot, largest of the run.",
+    ),
+    Definition::new(
+        "peak_w_til",
+        "max ‖w − ŵ‖",
+        "m/s^n, rad/s^n",
+        "Uncertainty against its estimate; worst robot, largest of the run.",
+    ),
+    Definition::new("peak_u", "max |u|", "m/s^n, rad/s^n", "Largest component of any input."),
+    Definition::new(
+        "final_track",
+        "max ‖x − x_d‖",
+        "m, rad",
+        "Robot against its desired position; worst robot, at the end.",
+    ),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let norms = Norms::read(run)?;

@@ -15,15 +15,23 @@ use orchestrator::judge::metrics::{DerivedSignal, MetricSet};
 
 /// All sets of metrics.
 pub const SETS: &[MetricSet] = &[
-    MetricSet { name: "dsm", compute: dsm::compute },
-    MetricSet { name: "rca", compute: rca::compute },
-    MetricSet { name: "limited-information", compute: limited_information::compute },
-    MetricSet { name: "cida", compute: cida::compute },
-    MetricSet { name: "compensated", compute: compensated::compute },
-    MetricSet { name: "compensated-experiment", compute: compensated_experiment::compute },
-    MetricSet { name: "lp_regulation", compute: lp_regulation::compute },
-    MetricSet { name: "uav", compute: uav::compute },
-    MetricSet { name: "mixed", compute: mixed::compute },
+    MetricSet { name: "dsm", compute: dsm::compute, definitions: dsm::DEFINITIONS },
+    MetricSet { name: "rca", compute: rca::compute, definitions: rca::DEFINITIONS },
+    MetricSet {
+        name: "limited-information",
+        compute: limited_information::compute,
+        definitions: limited_information::DEFINITIONS,
+    },
+    MetricSet { name: "cida", compute: cida::compute, definitions: cida::DEFINITIONS },
+    MetricSet { name: "compensated", compute: compensated::compute, definitions: compensated::DEFINITIONS },
+    MetricSet {
+        name: "compensated-experiment",
+        compute: compensated_experiment::compute,
+        definitions: compensated_experiment::DEFINITIONS,
+    },
+    MetricSet { name: "lp_regulation", compute: lp_regulation::compute, definitions: lp_regulation::DEFINITIONS },
+    MetricSet { name: "uav", compute: uav::compute, definitions: uav::DEFINITIONS },
+    MetricSet { name: "mixed", compute: mixed::compute, definitions: mixed::DEFINITIONS },
 ];
 
 /// Quantities of figures that no participant publishes.

@@ -5,7 +5,8 @@ use formation::scenario::Boundary;
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, edges, first_below_for_good, maximum, maximum_from, norm, norm_between, one_norm_between,
+    Definition, Metric, MetricError, Run, edges, first_below_for_good, maximum, maximum_from, norm, norm_between,
+    one_norm_between,
 };
 use recording::Series;
 
@@ -61,6 +62,77 @@ impl<'a> Signals<'a> {
         self.flag.component(0).collect()
     }
 }
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "Delta_{i}",
+        "Δ_{i}",
+        "m s, rad s",
+        "Integral of the 1-norm of the deviation from the corrected reference, one agent (3.19).",
+    ),
+    Definition::new(
+        "Delta_given_{i}",
+        "Δ_{i}",
+        "m s, rad s",
+        "Integral of the 1-norm of the deviation from the reference as given, one agent.",
+    ),
+    Definition::new(
+        "gap_min_{i}",
+        "min d_{i}",
+        "m",
+        "Smallest distance to an inner boundary of an obstacle; below zero: collision.",
+    ),
+    Definition::new("flag_time_{i}", "t", "s", "How long the agent's correction is active."),
+    Definition::new("flag_on_{i}", "t", "s", "Time at which the correction first becomes active; -1: never."),
+    Definition::new("flag_edges_{i}", "", "", "Number of times that the correction starts or ends."),
+    Definition::new(
+        "flag_obstacle_{i}",
+        "",
+        "",
+        "Number of the obstacle that triggers the correction; 0: none, -1: several.",
+    ),
+    Definition::new("ref_jumps_{i}", "", "", "Number of steps in which the corrected reference moves more than 5 cm."),
+    Definition::new(
+        "dx_max_5s_{i}",
+        "max ‖δx_{i}‖",
+        "m, rad",
+        "Deviation from the corrected reference, largest after 5 s.",
+    ),
+    Definition::new("s_max_5s_{i}", "max ‖s_{i}‖", "m/s, rad/s", "Sliding variable, largest after 5 s."),
+    Definition::new(
+        "dx_quiet",
+        "max ‖δx_i‖",
+        "m, rad",
+        "Deviation from the corrected reference; worst agent, largest in the last tenth.",
+    ),
+    Definition::new("s_quiet", "max ‖s_i‖", "m/s, rad/s", "Sliding variable; worst agent, largest in the last tenth."),
+    Definition::new(
+        "d_err_bound",
+        "max ‖d_i − d̂_i‖",
+        "m/s, rad/s",
+        "Mismatched disturbance against its estimate; worst agent, largest in the last tenth.",
+    ),
+    Definition::new(
+        "w_err_bound",
+        "max ‖w_i − ŵ_i‖",
+        "m/s², rad/s²",
+        "Matched uncertainty against its estimate; worst agent, largest in the last tenth.",
+    ),
+    Definition::new(
+        "d_err_conv",
+        "t(‖d_i − d̂_i‖ ≤ 0.02)",
+        "s",
+        "Time from which on every error of the mismatched estimate stays below 0.02.",
+    ),
+    Definition::new(
+        "w_err_conv",
+        "t(‖w_i − ŵ_i‖ ≤ 0.05)",
+        "s",
+        "Time from which on every error of the matched estimate stays below 0.05.",
+    ),
+    Definition::new("u_max", "max |u|", "m/s², rad/s²", "Largest component of any input."),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let agents: Vec<Signals> = (0..run.agents()).map(|agent| Signals::read(run, agent)).collect::<Result<_, _>>()?;

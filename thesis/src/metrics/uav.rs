@@ -3,8 +3,8 @@
 use formation::wiring::Role;
 
 use orchestrator::judge::metrics::{
-    Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, median, norm_between, square_sum,
-    total_variation,
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, median, norm_between,
+    square_sum, total_variation,
 };
 use recording::Series;
 
@@ -48,6 +48,134 @@ impl<'a> Signals<'a> {
         })
     }
 }
+
+/// What the metrics mean.
+pub(super) const DEFINITIONS: &[Definition] = &[
+    Definition::new(
+        "x_til",
+        "‖x − x̂‖",
+        "m, rad",
+        "Position and attitude against the observer's estimate; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_til",
+        "‖s̃‖",
+        "m/s, rad/s",
+        "Sliding variable of the observer; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "w_til",
+        "‖w − ŵ‖",
+        "m/s², rad/s²",
+        "Uncertainty against its estimate; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "w_til_nn",
+        "‖w − Ŵᵀφ‖",
+        "m/s², rad/s²",
+        "Uncertainty against the output of the neural network alone; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "dx_p",
+        "‖p − x̄‖",
+        "m",
+        "Position against that of the virtual agent; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_p",
+        "‖s_p‖",
+        "m/s",
+        "Sliding variable of the position loop; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "dx_a",
+        "‖a − a_d‖",
+        "rad",
+        "Attitude against the desired attitude; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_a_hat",
+        "‖ŝ_a‖",
+        "rad/s",
+        "Sliding variable of the attitude loop; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_a_hat_median",
+        "median ‖ŝ_a‖",
+        "rad/s",
+        "Sliding variable of the attitude loop; all vehicles, median over the last quarter.",
+    ),
+    Definition::new(
+        "track",
+        "‖p − x_d‖",
+        "m",
+        "Position against the desired position in the formation; all vehicles, largest in the last quarter.",
+    ),
+    Definition::new("psi_err", "|ψ − ψ_d|", "rad", "Yaw error of the worst vehicle, largest in the last quarter."),
+    Definition::new(
+        "dbar_x",
+        "‖δ̄x‖",
+        "m",
+        "Virtual agents against the desired positions; all agents, largest in the last quarter.",
+    ),
+    Definition::new(
+        "s_bar",
+        "‖s̄‖",
+        "m/s",
+        "Sliding variable of the virtual agents; all agents, largest in the last quarter.",
+    ),
+    Definition::new(
+        "t_virtual",
+        "t(‖δ̄x‖ ≤ 0.01)",
+        "s",
+        "Time from which on the virtual agents stay within 1 cm of the formation.",
+    ),
+    Definition::new(
+        "t_track",
+        "t(‖p − x_d‖ ≤ 0.01)",
+        "s",
+        "Time from which on the vehicles stay within 1 cm of the formation.",
+    ),
+    Definition::new("overshoot_virtual", "max ‖δ̄x‖", "m", "Largest error of the virtual agents after 10 s."),
+    Definition::new("peak_v_bar", "max |v̄|", "m/s", "Largest component of the velocity of any virtual agent."),
+    Definition::new("peak_u_bar", "max |ū|", "m/s²", "Largest component of the acceleration of any virtual agent."),
+    Definition::new("max_tilt_deg", "max |φ|, |θ|", "°", "Largest roll or pitch of any vehicle."),
+    Definition::new("max_tilt_ref_deg", "max |φ_d|, |θ_d|", "°", "Largest desired roll or pitch of any vehicle."),
+    Definition::new(
+        "obs_peak_ratio_0_2s",
+        "max ‖ŵ‖/‖w‖",
+        "",
+        "Largest ratio of estimated to true uncertainty in the first 2 s.",
+    ),
+    Definition::new(
+        "tv_what_0_2s",
+        "TV(ŵ)",
+        "m/s², rad/s²",
+        "Total variation of the estimated uncertainty from 0 to 2 s, all vehicles.",
+    ),
+    Definition::new(
+        "tv_what_2_4s",
+        "TV(ŵ)",
+        "m/s², rad/s²",
+        "Total variation of the estimated uncertainty from 2 to 4 s, all vehicles.",
+    ),
+    Definition::new(
+        "w_til_at_2s",
+        "‖w − ŵ‖(2 s)",
+        "m/s², rad/s²",
+        "Error of the estimated uncertainty at 2 s, all vehicles.",
+    ),
+    Definition::new("tv4_T", "TV(T)", "N", "Total variation of the thrust in the first 4 s, all vehicles."),
+    Definition::new("tv4_tau{j}", "TV(τ{j})", "N m", "Total variation of a torque in the first 4 s, all vehicles."),
+    Definition::new(
+        "tvq_uav{i}",
+        "TV(τ1) + TV(τ2)",
+        "N m",
+        "Total variation of roll and pitch torque of one vehicle in the last quarter: chatter.",
+    ),
+    Definition::new("peak_ui_min", "min f", "N", "Smallest force of any motor."),
+    Definition::new("peak_ui_max", "max f", "N", "Largest force of any motor."),
+];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {
     let signals = Signals::read(run)?;

@@ -156,6 +156,21 @@ impl Finding {
         }
     }
 
+    /// What went wrong, first and worst, in a sentence; empty if nothing did.
+    pub fn attention(&self) -> String {
+        let (Some(first), Some((_, worst))) = (&self.first, &self.worst) else { return String::new() };
+        let Moment { value, agent, time, .. } = worst;
+        format!(
+            "{}: {}: {}; worst {} ({} at t = {} s)",
+            self.kind(),
+            self.name,
+            first.text(&self.signal),
+            short(*value),
+            who(*agent),
+            tidy(*time)
+        )
+    }
+
     /// In one line, without its name: for the summary in the log.
     pub fn summary(&self) -> String {
         let Self { checked, violations, signal, .. } = self;

@@ -11,7 +11,7 @@ use schemes::{ROLES, SCENARIOS};
 fn drones(assertions: &str) -> Assembly {
     let text = SCENARIOS.iter().find(|shipped| shipped.name == "uav").expect("uav").text;
     let start = text.find("[[assert]]").expect("its assertions");
-    let end = text.find("[expect]").expect("its bands");
+    let end = text.find("[expect]").expect("its expectations");
     let text = format!("{}{assertions}\n{}", &text[..start], &text[end..]);
     Assembly::load("uav.toml", &text, &Selection::default(), &ROLES).expect("a valid scenario")
 }

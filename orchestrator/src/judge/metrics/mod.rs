@@ -1,9 +1,11 @@
 //! Numbers that are computed from a log. What they mean is said by sets of metrics, which a [`crate::catalog::Catalog`] brings
 //! along.
 
+mod definition;
 mod history;
 mod run;
 
+pub use definition::Definition;
 pub use history::{
     edges, first_below_for_good, maximum, maximum_from, median, norm, norm_between, one_norm_between, square_sum,
     total_variation,
@@ -33,6 +35,15 @@ pub struct MetricSet {
     pub name: &'static str,
     /// Computes all of them, in the order of the table in which they are shown.
     pub compute: fn(&Run) -> Result<Vec<Metric>, MetricError>,
+    /// What they mean.
+    pub definitions: &'static [Definition],
+}
+
+impl MetricSet {
+    /// The definition of the metric `id`, if the set has one.
+    pub fn definition(&self, id: &str) -> Option<&'static Definition> {
+        self.definitions.iter().find(|definition| definition.defines(id))
+    }
 }
 
 /// A quantity for figures that no participant publishes, but that follows from what they do.

@@ -81,15 +81,9 @@ fn run_json(run: &LoggedRun, name: &str, points: usize) -> Value {
 }
 
 fn metric(row: &Row) -> Value {
-    let number = |value: f64| value.is_finite().then_some(value);
-    json!({
-        "id": row.id,
-        "value": number(row.value),
-        "thesis": row.expectation.thesis,
-        "low": row.expectation.low.and_then(number),
-        "high": row.expectation.high.and_then(number),
-        "ok": row.ok,
-    })
+    let mut json = row.to_json();
+    json["id"] = row.id.clone().into();
+    json
 }
 
 fn assertion(finding: &Finding) -> Value {

@@ -20,7 +20,7 @@ pub struct LoggedRun {
     pub log: Log,
     /// The scenario that it holds; `None` if it holds none, or one that this program does not read.
     pub scenario: Option<Scenario>,
-    /// Its metrics with their bands; `None` if they cannot be computed.
+    /// Its metrics against what is expected; `None` if they cannot be computed.
     pub verdict: Option<Verdict>,
     /// What became of its assertions; none if they cannot be evaluated.
     pub findings: Findings,
