@@ -3,7 +3,7 @@
  *     cargo build --release -p capi
  *     cc -std=c11 -O2 -I capi/include -o hover examples/controller-c/controller.c -L target/release -lphalanx \
  *         -Wl,-rpath,"$PWD/target/release"
- *     phalanx run uav --duration 30 --swap controller.3=./hover
+ *     phalanx run uav --variant apart --duration 30 --swap controller.3=./hover
  */
 #include <stdio.h>
 

@@ -19,6 +19,7 @@ mod mistakes;
 mod moments;
 mod overrides;
 mod own_programs;
+mod printed;
 mod program;
 mod provenance;
 mod readers;

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::program::Folder;
 
 /// Builds a project in Rust, with the packages that this program was built with.
-fn build(project: &Path) {
+pub(crate) fn build(project: &Path) {
     let target = Path::new(env!("CARGO_BIN_EXE_phalanx")).ancestors().nth(2).expect("the folder of all artefacts");
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--release", "--offline"]).current_dir(project).stdin(Stdio::null());

@@ -37,6 +37,11 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
     } else {
         fill(include_str!("../../../templates/rust/placeholder.txt").trim_end(), &[("sum", sum)])
     };
+    // What the law does not use is read under a name that says so, or the compiler warns.
+    let read = |name: &String| {
+        let mark = if law.contains(name.as_str()) { "" } else { "_" };
+        format!("        let {mark}{name} = io.get(self.{name});\n")
+    };
     let agents = if signals.serves_all { "me.agents()" } else { "std::iter::once(me.agent()?)" };
     let role = signals.outputs.first().map_or("", |signal| match signal.role {
         Role::Plant => "Plant",
@@ -51,8 +56,8 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
             ("In", if signals.inputs.is_empty() { "" } else { "In, " }.into()),
             ("fields", lines(both().map(field).collect())),
             ("binds", lines(both().map(bind).collect())),
-            ("reads", inputs.iter().map(|name| format!("        let {name} = io.get(self.{name});\n")).collect()),
-            ("law", law),
+            ("reads", inputs.iter().map(read).collect()),
+            ("law", law.clone()),
             ("writes", lines(signals.outputs.iter().map(write).collect())),
             ("Role", role.into()),
             ("agents", agents.into()),
