@@ -3,6 +3,7 @@
 mod assertions;
 mod descendants;
 mod doors;
+#[cfg(feature = "long-tests")]
 mod endurance;
 mod engine;
 mod faults;
@@ -13,6 +14,7 @@ mod keys;
 mod limits;
 mod logs;
 mod look;
+#[cfg(feature = "long-tests")]
 mod matrix;
 mod memory;
 mod mistakes;

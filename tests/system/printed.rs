@@ -53,6 +53,7 @@ fn new_controller(folder: &Folder, language: &str) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "long-tests"), ignore = "long; --features long-tests runs it")]
 fn programs_in_rust_fly() {
     let folder = Folder::new();
     new_controller(&folder, "rust");

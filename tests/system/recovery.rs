@@ -76,6 +76,7 @@ fn a_run_that_loses_plant_planner_observer_and_controller_gives_the_same_log() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "long-tests"), ignore = "long; --features long-tests runs it")]
 fn random_kills_in_every_scheme_change_nothing() {
     let mut dice = Dice(7);
     for scenario in

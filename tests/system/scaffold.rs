@@ -19,6 +19,7 @@ pub(crate) fn build(project: &Path) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "long-tests"), ignore = "long; --features long-tests runs it")]
 fn a_new_project_in_rust_builds_and_conforms() {
     let folder = Folder::new();
     let target = Path::new(env!("CARGO_BIN_EXE_phalanx")).parent().expect("a folder");

@@ -18,7 +18,7 @@ mod flaws;
 mod handles;
 mod memory;
 #[allow(dead_code, reason = "the library uses all of it")]
-#[path = "../../src/page/protocol/mod.rs"]
+#[path = "../../processes/src/page/protocol/mod.rs"]
 mod protocol;
 mod run;
 mod state;
