@@ -47,12 +47,13 @@ def test_the_example_gives_the_log_of_the_controller_that_it_replaces(run, varia
     assert run("verify", "ours.mcap", "theirs.mcap", "--json").json["equal"]
 
 
-@pytest.mark.parametrize("page", ["python/README.md", "docs/adding-a-controller.md"])
+@pytest.mark.parametrize("page", ["python/README.md", "docs/adding-a-controller.md", "docs/coming-from.md"])
 def test_the_controllers_of_the_documentation_fly(run, tmp_path: Path, page: str) -> None:
-    shown = (REPOSITORY / page).read_text().split("```python\n")[1:]
+    shown = [block.split("```")[0] for block in (REPOSITORY / page).read_text().split("```python\n")[1:]]
+    shown = [program for program in shown if "phalanx.Participant" in program]
     assert len(shown) == 1
     script = tmp_path / "my_controller.py"
-    script.write_text(shown[0].split("```")[0])
+    script.write_text(shown[0])
     done = run("run", "triangle", "-q", "--swap", f"controller.3='{sys.executable}' '{script}'")
     assert done.code == 0, done.stdout + done.stderr
 

@@ -109,6 +109,15 @@ def test_scenarios_that_swap_run(folder: Path) -> None:
     assert phalanx.run("sub/mine.toml").ok
 
 
+def test_the_sweep_of_the_documentation_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs/coming-from.md").read_text()
+    programs = [block.split("```")[0] for block in page.split("```python\n")[1:]]
+    (program,) = [program for program in programs if "phalanx.run" in program]
+    exec(compile(program, "coming-from.md", "exec"), {})
+    errors = [f"{float(line.split()[1]):.3f}" for line in capsys.readouterr().out.splitlines()]
+    assert "prints {}, {}, {} and {}:".format(*errors) in page
+
+
 def fly(number: int) -> tuple[bool, float]:
     log = phalanx.run("triangle", duration=12, k_x=2 + number / 10, out=f"runs/{number}.mcap")
     return log.ok, float(log["agent_1/state"].position[-1, 0])

@@ -397,8 +397,8 @@ const ROWS: [(&str, &str, &str); 13] = [
         "the second takes the next free name, `runs/uav-TSC-2.mcap`, and says so",
         "0",
     ),
-    ("a run with the `--out` of another one that goes on", "nothing is started; the process that writes is named", "2"),
-    ("`phalanx recover` of a log whose run goes on", "it is refused", "2"),
+    ("a run with the `--out` of an active run", "nothing is started; the process that writes is named", "2"),
+    ("`phalanx recover` of the log of an active run", "it is refused", "2"),
     (
         "an output that is an input of the command: scenario, log, robot file, program; by path, symbolic or hard link",
         "it is refused",
@@ -409,13 +409,13 @@ const ROWS: [(&str, &str, &str); 13] = [
     ("a log to a FIFO, a device, a folder, or where stdout goes", "nothing is started", "2"),
     ("another output to a FIFO or a device", "it is written; a FIFO that no process reads is refused", "0, 5"),
     ("results that cannot be written, `--json > /dev/full`", "the run is complete, its log is closed", "5"),
-    ("SIGKILL while a step hangs", "the log holds every step that was done, but for the last 50 ms", "-"),
+    ("SIGKILL while a step hangs", "the log holds every complete step except those of the last 50 ms", "-"),
     (
         "the disk of the log is full",
-        "the run ends and says so; every step that was in the file stays; the log is closed if there is room for its end",
+        "the run ends with an error; every step in the file stays; the log is closed if there is room for its end",
         "4",
     ),
-    ("the size of files is limited (`ulimit -f`)", "the run ends and says so; the log is closed", "4"),
+    ("the size of files is limited (`ulimit -f`)", "the run ends with an error; the log is closed", "4"),
 ];
 
 #[test]

@@ -2,9 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
 
-use book::{complaint, repository, schema};
-use mdbook_driver::MDBook;
+use book::{complaint, program, repository, schema};
+
+/// The built book.
+static BOOK: LazyLock<PathBuf> = LazyLock::new(|| book::build().canonicalize().expect("the book"));
 
 fn docs() -> PathBuf {
     repository("docs")
@@ -56,13 +60,11 @@ fn dead_links(page: &Path, pages: &BTreeMap<PathBuf, String>) -> Vec<String> {
 
 #[test]
 fn the_book_builds_and_every_link_leads_somewhere() {
-    let mut book = MDBook::load(docs()).expect("the book");
-    let out = repository("target/book");
-    book.config.build.build_dir = out.clone();
-    book.build().expect("a book");
-    let out = out.canonicalize().expect("the book");
-    let pages: BTreeMap<PathBuf, String> = files(&out, "html")
+    let out = BOOK.as_path();
+    let pages: BTreeMap<PathBuf, String> = files(out, "html")
         .into_iter()
+        // What `cargo doc` writes is its own business.
+        .filter(|path| !path.starts_with(out.join("api/rust")))
         .map(|path| (path.clone(), std::fs::read_to_string(&path).expect("a page")))
         .collect();
     assert!(pages.len() > 15, "{} pages", pages.len());
@@ -78,6 +80,45 @@ fn every_page_is_a_chapter() {
     for page in files(&docs(), "md") {
         let name = page.strip_prefix(docs()).expect("a page").display().to_string();
         assert!(name == "SUMMARY.md" || chapters.contains(&name.as_str()), "docs/SUMMARY.md has no line for {name}");
+    }
+}
+
+#[test]
+fn every_scenario_has_its_place_in_the_gallery() {
+    let output = Command::new(program()).args(["list", "--json"]).output().expect("the program, built before");
+    let scenarios: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let page = std::fs::read_to_string(docs().join("gallery.md")).expect("the gallery");
+    for scenario in scenarios.as_array().expect("a list") {
+        let name = scenario["name"].as_str().expect("a name");
+        assert!(page.contains(&format!("\nphalanx run {name}\n")), "docs/gallery.md has no command for {name}");
+        let picture = format!("images/gallery/{name}.webp");
+        assert!(page.contains(&format!("]({picture})")), "docs/gallery.md does not show {picture}");
+        let size = std::fs::metadata(docs().join(&picture)).map(|file| file.len());
+        let size = size.unwrap_or_else(|error| panic!("{picture}: {error}; tests/book/gallery.py draws it"));
+        assert!(size < 60_000, "{picture} has {size} bytes");
+    }
+}
+
+#[test]
+fn the_search_knows_words_of_every_kind_of_page() {
+    let index = files(&BOOK, "js")
+        .into_iter()
+        .find(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("searchindex")));
+    let index = std::fs::read_to_string(index.expect("an index")).expect("the index");
+    for word in ["lockstep", "phalanx_neighbours", "set_if_present", "--placement", "anti-windup"] {
+        assert!(index.contains(word), "the index of the search lacks {word}");
+    }
+}
+
+#[test]
+fn pages_have_edit_links_if_the_repository_is_known() {
+    let folder = repository("target/book-with-edit-links");
+    book::build_pages(&folder, Some("https://example.org/phalanx/"));
+    for (page, source) in [("tutorial.html", "tutorial.md"), ("equations/ch2.html", "equations/ch2.md")] {
+        let text = std::fs::read_to_string(folder.join(page)).expect("a page");
+        // The folder of the pages is `.` to mdBook; browsers remove it from an address.
+        let link = format!("href=\"https://example.org/phalanx/edit/main/docs/./{source}\"");
+        assert!(text.contains(&link), "{page} has no link {link}");
     }
 }
 
