@@ -336,10 +336,12 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
         println!("{}", verdict.table(columns()));
         print!("{}", verdict.summary(columns()));
     }
-    show_findings(&outcome.findings);
+    // First: the assertions are then about a part of the run.
     if let Some(reason) = outcome.ending.reason() {
-        println!("{}", wrapped(&format!("The run ended before its time: {reason}."), columns()));
+        let until = if outcome.findings.0.is_empty() { "" } else { " The assertions are about the time until then." };
+        println!("{}", wrapped(&format!("The run ended before its time: {reason}.{until}"), columns()));
     }
+    show_findings(&outcome.findings);
     show_players(players);
     let say = |text: String| println!("{}", wrapped(&text, columns()));
     say(format!(
