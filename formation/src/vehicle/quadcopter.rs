@@ -10,7 +10,7 @@ pub struct Quadcopter {
     pub mass: f64,
     /// Arm length, m.
     pub arm: f64,
-    /// Moments of inertia about the body axes, N s²/rad.
+    /// Moments of inertia about the body axes, kg m² (printed as N s²/rad).
     pub inertia: [f64; 3],
     /// Drag coefficient, N s/m.
     pub drag: f64,
