@@ -1,4 +1,4 @@
-//! What is made of a log: reports, figures, exports, values and drawings in the terminal.
+//! What is made of a log: reports, exports, values and drawings in the terminal.
 
 use std::process::Command;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::program::{Finished, Folder};
 
 /// A folder with the log `run.mcap` of two seconds.
-fn short_run(scenario: &str) -> Folder {
+pub(crate) fn short_run(scenario: &str) -> Folder {
     let folder = Folder::new();
     let run = folder.run(&["run", scenario, "--duration", "2", "--placement", "single", "-q", "--out", "run.mcap"]);
     // The ranges are those of the whole run, so some are missed; that is another test's business.
@@ -16,7 +16,7 @@ fn short_run(scenario: &str) -> Folder {
     folder
 }
 
-fn succeeds(folder: &Folder, arguments: &[&str]) -> Finished {
+pub(crate) fn succeeds(folder: &Folder, arguments: &[&str]) -> Finished {
     let finished = folder.run(arguments);
     assert_eq!(finished.code(), 0, "{arguments:?}: {}", finished.stderr());
     finished
@@ -135,23 +135,6 @@ fn the_log_of_a_killed_run_has_a_report_that_says_so() {
 }
 
 #[test]
-fn figures_are_vectors_or_pixels() {
-    let folder = short_run("rca");
-    let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures"]).stdout();
-    for line in written.lines() {
-        let svg = std::fs::read_to_string(folder.path(line)).expect("a figure");
-        assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{line}");
-        // Flags are one black line for each agent.
-        assert!(svg.contains("stroke-dasharray") || line.contains("flags"), "{line}");
-    }
-    assert!(written.contains("figures/ch3-tracking-errors.svg"), "{written}");
-    let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures", "--format", "png"]).stdout();
-    for line in written.lines() {
-        assert!(std::fs::read(folder.path(line)).expect("a figure").starts_with(b"\x89PNG"), "{line}");
-    }
-}
-
-#[test]
 fn tables_hold_the_very_same_bits() {
     let folder = short_run("uav");
     succeeds(&folder, &["export", "run.mcap", "--topics", "agent_1/*,agent_2/command", "--out", "tables"]);
@@ -194,54 +177,13 @@ fn numpy_and_matlab_files_are_read_by_their_readers() {
 }
 
 #[test]
-fn figures_of_the_thesis_go_by_their_numbers() {
-    let folder = short_run("uav");
-    let written = succeeds(&folder, &["report", "run.mcap", "--figures", "figures", "--format", "pdf"]);
-    let names: Vec<String> = written.stdout().lines().map(String::from).collect();
-    let (first, last) = ("figures/fig-7-03-high-level-tracking-errors.pdf", "figures/fig-7-11-angles.pdf");
-    assert!(names.iter().any(|name| name == first) && names.iter().any(|name| name == last), "{names:?}");
-    assert!(!names.iter().any(|name| name.contains("fig-7-07")), "that one is about TOC: {names:?}");
-    let bytes = std::fs::read(folder.path(first)).expect("the figure");
-    assert!(bytes.starts_with(b"%PDF-1.") && bytes.trim_ascii_end().ends_with(b"%%EOF"));
-    // The same log gives the same figure.
-    succeeds(&folder, &["report", "run.mcap", "--figures", "again", "--format", "pdf"]);
-    assert_eq!(std::fs::read(folder.path(&first.replace("figures", "again"))).expect("the figure"), bytes);
-    let Some(python) = std::env::var_os("PHALANX_PYTHON") else { return };
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/python/read_figure.py");
-    let output = Command::new(&python).arg(script).arg(folder.path(first)).output().expect("Python runs");
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.starts_with("3.50 x ") && text.contains("agent 6") && text.contains("time [s]"), "{text}");
-}
-
-#[test]
-fn figures_that_compare_want_all_their_runs() {
-    let folder = Folder::new();
-    let run = |variant: &str| {
-        let out = format!("{variant}.mcap");
-        let arguments =
-            ["run", "rca", "--variant", variant, "--duration", "1", "--set", "metrics=", "--placement", "single"];
-        succeeds(&folder, &[&arguments[..], &["-q", "--out", &out]].concat());
-    };
-    run("SMC");
-    let alone = succeeds(&folder, &["report", "SMC.mcap", "--figures", "figures"]);
-    assert!(alone.stderr().contains("figure 3.7 needs also `phalanx run rca --variant RCABSMC`"), "{}", alone.stderr());
-    run("RCABSMC");
-    let both = succeeds(&folder, &["report", "SMC.mcap", "RCABSMC.mcap", "--figures", "figures"]);
-    assert!(both.stdout().contains("figures/fig-3-07-absolute-tracking-errors.svg"), "{}", both.stdout());
-    let svg =
-        std::fs::read_to_string(folder.path("figures/fig-3-07-absolute-tracking-errors.svg")).expect("the figure");
-    assert!(svg.contains("width=\"3.500in\"") && svg.contains(">RCABSMC<") && svg.contains(">agent 5<"));
-}
-
-#[test]
 fn drawings_fit_the_terminal_and_have_no_colours_in_a_pipe() {
     let folder = short_run("uav");
     let arguments = ["plot", "run.mcap", "agent_*/state/position[2]", "--width", "60", "--height", "8"];
     let text = succeeds(&folder, &arguments).stdout();
     assert!(!text.contains('\x1b'), "{text}");
     assert!(text.lines().take(10).all(|line| line.chars().count() <= 60), "{text}");
-    assert_eq!(text.lines().filter(|line| line.contains("━━")).count(), 6);
+    assert_eq!(text.lines().filter(|line| line.contains("━ agent_")).count(), 6);
 }
 
 #[test]

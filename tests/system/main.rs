@@ -7,6 +7,7 @@ mod doors;
 mod endurance;
 mod engine;
 mod faults;
+mod figures;
 mod hardware;
 mod interface;
 mod jobs;

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
-use crate::show::figures::FigureFormat;
+use crate::show::figures::FigureOptions;
 use crate::show::view::LoggedRun;
 use crate::show::{figures, report};
 use crate::terminal::program;
@@ -17,7 +17,8 @@ use crate::terminal::program;
 Examples:
   phalanx report runs/uav-TSC.mcap
   phalanx report runs/uav-TSC.mcap runs/uav-TOC.mcap --out both.html
-  phalanx report runs/uav-*.mcap --figures figures --format pdf")]
+  phalanx report runs/uav-*.mcap --figures figures --format pdf
+  phalanx report runs/uav-TSC.mcap --figures figures --format pdf --font times --font-size 9 --width 7.16")]
 pub(crate) struct ReportArgs {
     /// Logs that `phalanx run` recorded; several are compared
     #[arg(required = true)]
@@ -29,15 +30,14 @@ pub(crate) struct ReportArgs {
     /// run
     #[arg(long, value_name = "FOLDER")]
     pub(crate) figures: Option<PathBuf>,
-    /// How the figures are stored
-    #[arg(long, value_enum, default_value_t = FigureFormat::Svg, requires = "figures")]
-    pub(crate) format: FigureFormat,
+    #[command(flatten)]
+    pub(crate) look: FigureOptions,
 }
 
 pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure> {
     let runs = args.logs.iter().map(|log| LoggedRun::open(catalog, log)).collect::<Result<Vec<_>, _>>()?;
     if let Some(folder) = &args.figures {
-        return write_figures(catalog, &runs, folder, args.format);
+        return write_figures(catalog, &runs, folder, &args.look);
     }
     let out = args.out.clone().unwrap_or_else(|| default_out(&args.logs));
     files::spare(&out, &args.logs)?;
@@ -47,12 +47,12 @@ pub(crate) fn report(catalog: &Catalog, args: &ReportArgs) -> Result<(), Failure
     Ok(())
 }
 
-fn write_figures(catalog: &Catalog, runs: &[LoggedRun], folder: &Path, format: FigureFormat) -> Result<(), Failure> {
-    let (mut written, missing) = figures::write_published(catalog, runs, folder, format)?;
+fn write_figures(catalog: &Catalog, runs: &[LoggedRun], folder: &Path, options: &FigureOptions) -> Result<(), Failure> {
+    let (mut written, missing) = figures::write_published(catalog, runs, folder, options)?;
     for run in runs {
         // Plots of one run must not replace those of another.
         let mark = if runs.len() > 1 { run.stem() } else { String::new() };
-        written.extend(figures::write(run, folder, &mark, format)?);
+        written.extend(figures::write(run, folder, &mark, options)?);
     }
     for path in written {
         println!("{}", path.display());

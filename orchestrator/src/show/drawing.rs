@@ -75,6 +75,7 @@ impl Drawing {
                 before = Some((x, y));
             }
         }
+        let marks = if self.coloured { Vec::new() } else { marks(&cells, width, lines.len()) };
         let mut text = String::new();
         for (row, cells) in cells.chunks(width).enumerate() {
             let share = row as f64 / (self.rows - 1).max(1) as f64;
@@ -84,22 +85,27 @@ impl Drawing {
                 if labelled { short(if self.logarithmic { 10_f64.powf(value) } else { value }) } else { String::new() };
             text.push_str(&format!("{label:>width$} ", width = MARGIN - 2));
             text.push(if labelled { '┤' } else { '│' });
-            self.push_row(&mut text, cells);
+            self.push_row(&mut text, cells, &marks, row * width);
         }
         text.push_str(&format!("{:>MARGIN$}{}\n", "└", "─".repeat(width)));
         let (start, end) = (format!("{} s", short(start)), format!("{} s", short(end)));
         let gap = width.saturating_sub(start.chars().count() + end.chars().count());
         text.push_str(&format!("{:MARGIN$}{start}{}{end}\n", "", " ".repeat(gap)));
         for (index, line) in lines.iter().enumerate() {
-            text.push_str(&format!("  {} {}{}\n", self.paint(index, "━━"), line.label, range(&line.values)));
+            let sample =
+                if marks.is_empty() { self.paint(index, "━━") } else { format!("━{}━", letter(index)) };
+            text.push_str(&format!("  {sample} {}{}\n", line.label, range(&line.values)));
         }
         text
     }
 
-    fn push_row(&self, text: &mut String, cells: &[Cell]) {
+    /// Adds a row of cells, the first of which is the `first` of the drawing.
+    fn push_row(&self, text: &mut String, cells: &[Cell], marks: &[(usize, char)], first: usize) {
         let mut row = String::new();
-        for cell in cells {
-            let letter = char::from_u32(0x2800 + u32::from(cell.dots)).filter(|_| cell.dots != 0).unwrap_or(' ');
+        for (place, cell) in cells.iter().enumerate() {
+            let mark = marks.iter().find(|(marked, _)| *marked == first + place).map(|(_, letter)| *letter);
+            let dots = char::from_u32(0x2800 + u32::from(cell.dots)).filter(|_| cell.dots != 0);
+            let letter = mark.or(dots).unwrap_or(' ');
             row.push_str(&if letter == ' ' { " ".to_string() } else { self.paint(cell.line, &letter.to_string()) });
         }
         text.push_str(row.trim_end());
@@ -112,6 +118,34 @@ impl Drawing {
             false => text.into(),
         }
     }
+}
+
+/// Letters on the lines, for a drawing without colours: cells and what stands there. The letters of several lines take turns; a single
+/// line has none.
+fn marks(cells: &[Cell], width: usize, lines: usize) -> Vec<(usize, char)> {
+    /// Columns from a letter to the next one of any line.
+    const APART: usize = 4;
+    let mut marks = Vec::new();
+    if lines < 2 {
+        return marks;
+    }
+    for column in (APART / 2..width).step_by(APART) {
+        // Where the line whose turn it is lies below others, the next one takes its place.
+        for turn in 0..lines {
+            let line = (column / APART + turn) % lines;
+            let of_line = |place: &usize| cells[*place].dots != 0 && cells[*place].line == line;
+            if let Some(place) = (column..cells.len()).step_by(width).find(of_line) {
+                marks.push((place, letter(line)));
+                break;
+            }
+        }
+    }
+    marks
+}
+
+/// The letter of a line.
+fn letter(line: usize) -> char {
+    char::from(b'a' + (line % 26) as u8)
 }
 
 /// `  0.12 ... 3.4, last 0.2`: what the eye cannot read off the dots.
@@ -150,6 +184,24 @@ mod tests {
         assert!(rows[2].trim_start().starts_with("0 ┤"), "{text}");
         assert!(text.contains("x   0 ... 1, last 1"), "{text}");
         assert!(!text.contains('\x1b'));
+    }
+
+    #[test]
+    fn lines_without_colours_have_letters() {
+        let times: Vec<f64> = (0..40).map(f64::from).collect();
+        let line = |label: &str, value: f64| Line { label: label.into(), values: vec![value; 40] };
+        let lines = [line("low", 0.0), line("high", 1.0)];
+        let text = Drawing { columns: 60, rows: 5, logarithmic: false, coloured: false }.draw(&times, &lines);
+        let rows: Vec<&str> = text.lines().collect();
+        let count = |row: usize, letter: char| rows[row].matches(letter).count();
+        assert_eq!(
+            (count(0, 'a'), count(0, 'b') >= 3, count(4, 'a') >= 3, count(4, 'b')),
+            (0, true, true, 0),
+            "{text}"
+        );
+        assert!(text.contains("━a━ low") && text.contains("━b━ high"), "{text}");
+        let coloured = Drawing { columns: 60, rows: 5, logarithmic: false, coloured: true }.draw(&times, &lines);
+        assert!(coloured.contains("━━") && !coloured.contains("━a━"));
     }
 
     #[test]

@@ -1,47 +1,32 @@
-//! From a drawing to a file.
+//! From a figure to a file.
 
 use std::path::{Path, PathBuf};
 
-use kuva::backend::png::PngBackend;
-use kuva::backend::svg::SvgBackend;
-use kuva::render::render::Scene;
-
-use super::{INCHES, pdf, pixels};
+use super::paint::paint;
+use super::sheet::Sheet;
+use super::{FigureFormat, FigureOptions, matplotlib, picture};
 use crate::failure::Failure;
 use crate::files;
-use crate::show::figures::FigureFormat;
 
-/// Pixels of an inch.
-const RESOLUTION: f64 = 300.0;
-
-/// Writes a drawing into `folder`, which is made if need be, as `name` with the ending of its format.
+/// Writes a figure into `folder`, which is made if need be, as `name` with the ending of its format; its path.
 ///
 /// # Errors
 /// [`Failure::System`] if it cannot be written.
-pub(super) fn store(folder: &Path, name: &str, mut scene: Scene, format: FigureFormat) -> Result<PathBuf, Failure> {
+pub(super) fn store(folder: &Path, name: &str, sheet: &Sheet, options: &FigureOptions) -> Result<PathBuf, Failure> {
     std::fs::create_dir_all(folder).map_err(Failure::system(format!("create the folder {}", folder.display())))?;
-    let (ending, bytes) = match format {
-        FigureFormat::Svg => ("svg", Ok(sized(&SvgBackend::new().render_scene(&scene), &scene).into_bytes())),
-        FigureFormat::Png => {
-            pixels::prepare(&mut scene);
-            ("png", PngBackend::new().with_scale((RESOLUTION * INCHES) as f32).render_scene(&scene))
-        }
-        FigureFormat::Pdf => ("pdf", pdf::render(&scene)),
+    let file = |ending: &str| folder.join(format!("{name}.{ending}"));
+    let write = |path: PathBuf, bytes: Result<Vec<u8>, String>| {
+        let done = bytes.map_err(std::io::Error::other).and_then(|bytes| files::write(&path, bytes));
+        done.map_err(Failure::system(format!("write the figure {}", path.display())))?;
+        Ok(path)
     };
-    let path = folder.join(format!("{name}.{ending}"));
-    let done = bytes.map_err(std::io::Error::other).and_then(|bytes| files::write(&path, bytes));
-    done.map_err(Failure::system(format!("write the figure {}", path.display())))?;
-    Ok(path)
-}
-
-/// The drawing with its size in inches, so that it stands in a paper at that size without being scaled.
-fn sized(svg: &str, scene: &Scene) -> String {
-    let (width, height) = (scene.width, scene.height);
-    let pixels = format!("width=\"{width}\" height=\"{height}\"");
-    let inches = format!(
-        "width=\"{:.3}in\" height=\"{:.3}in\" viewBox=\"0 0 {width} {height}\"",
-        width * INCHES,
-        height * INCHES
-    );
-    svg.replacen(&pixels, &inches, 1)
+    match options.format {
+        FigureFormat::Svg => write(file("svg"), Ok(picture::svg(&paint(sheet, options)).into_bytes())),
+        FigureFormat::Png => write(file("png"), picture::png(&paint(sheet, options))),
+        FigureFormat::Pdf => write(file("pdf"), picture::pdf(&paint(sheet, options))),
+        FigureFormat::Matplotlib => {
+            write(file("csv"), matplotlib::data(sheet))?;
+            write(file("py"), Ok(matplotlib::script(sheet, options, name).into_bytes()))
+        }
+    }
 }

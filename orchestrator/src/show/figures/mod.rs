@@ -1,44 +1,78 @@
 //! Figures for a paper: those of the thesis by their numbers, and the plots of [`crate::show::view`], each in a file of its own.
 //!
-//! Sizes are those of one column of a journal (400 units for 3.5 inches, so that the smallest letters come out at 7 points), or
-//! of two columns where many plots stand side by side. Every agent, and every run that is compared, has its colour and its
-//! dashes, so that lines stay apart in grey.
+//! A figure is a [`Sheet`] of plots. [`layout`] gives everything its place, [`paint`] makes a picture of it, and [`picture`] stores that
+//! as SVG, PDF or PNG; [`matplotlib`] writes a script instead. Widths are those of one or two columns of a journal; no letter
+//! but a script is smaller than the size that was asked for. Every agent, and every run that is compared, has its colour, its dashes and its
+//! marker, so that curves stay apart in grey.
 
+mod clip;
 mod file;
-mod pdf;
-mod pixels;
+mod layout;
+mod matplotlib;
+mod paint;
+mod picture;
 mod published;
 mod sheet;
 mod style;
+mod ticks;
 mod trajectories;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-use kuva::render::render::Scene;
+use clap::{Args, ValueEnum};
 
 use crate::failure::Failure;
-use crate::show::view::{Curve, Grid, Kind, LoggedRun, Panel, View, panels};
+use crate::show::view::{Curve, Grid, Kind, Limit, LoggedRun, Panel, View, panels};
 use file::store;
+use picture::{Font, Label};
 pub(crate) use published::{Missing, write as write_published};
-use sheet::{Line, Plot};
-use style::Entry;
+use sheet::{Line, Plot, Sheet};
+use style::{Entry, Style};
 
 /// How a figure is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FigureFormat {
     /// Vectors, for browsers and office programs
     Svg,
-    /// Pixels, 300 an inch in one column
+    /// Pixels, 600 an inch
     Png,
     /// Vectors for LaTeX, with the letters of their font inside
     Pdf,
+    /// A Python script that draws the figure with matplotlib, and its data as CSV
+    Matplotlib,
 }
 
-/// Width of a figure, in the units of the file.
-const WIDTH: f64 = 400.0;
-/// Inches of a unit: one column of a journal is 3.5 inches wide.
-const INCHES: f64 = 3.5 / WIDTH;
+/// How figures look.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FigureOptions {
+    /// How the figures are stored
+    #[arg(long, value_enum, default_value_t = FigureFormat::Svg, requires = "figures")]
+    pub(crate) format: FigureFormat,
+    /// The font of the figures
+    #[arg(long, value_enum, default_value_t = Font::Helvetica, requires = "figures")]
+    pub(crate) font: Font,
+    /// Size of the letters in points, from 4 to 24; sub- and superscripts have 3/4 of it
+    #[arg(long, value_name = "POINTS", default_value_t = 8.0, value_parser = points, requires = "figures")]
+    pub(crate) font_size: f64,
+    /// Width of the figures in inches, from 2 to 20 [default: 3.5, one column of a journal, or 7.16, two columns, where plots stand side
+    /// by side]
+    #[arg(long, value_name = "INCHES", value_parser = inches, requires = "figures")]
+    pub(crate) width: Option<f64>,
+}
+
+fn points(text: &str) -> Result<f64, String> {
+    within(text, 4.0, 24.0)
+}
+
+fn inches(text: &str) -> Result<f64, String> {
+    within(text, 2.0, 20.0)
+}
+
+fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    if (low..=high).contains(&number) { Ok(number) } else { Err(format!("expected a number from {low} to {high}")) }
+}
+
 /// Points of a curve: more than a printer can show in one column.
 const POINTS: usize = 1600;
 /// Plots in one figure.
@@ -48,15 +82,20 @@ const ROWS: usize = 4;
 ///
 /// # Errors
 /// [`Failure::System`] if a file cannot be written.
-pub(crate) fn write(run: &LoggedRun, folder: &Path, mark: &str, format: FigureFormat) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn write(
+    run: &LoggedRun,
+    folder: &Path,
+    mark: &str,
+    options: &FigureOptions,
+) -> Result<Vec<PathBuf>, Failure> {
     let prefix = prefix(run, mark);
     let mut written = Vec::new();
-    let mut store = |name: &str, scene: Scene| {
-        written.push(store(folder, &format!("{prefix}-{name}"), scene, format)?);
+    let mut store = |name: &str, sheet: Sheet| {
+        written.push(store(folder, &format!("{prefix}-{name}"), &sheet, options)?);
         Ok::<(), Failure>(())
     };
-    if let Some(scene) = trajectories::draw(run) {
-        store("trajectories", scene)?;
+    if let Some(sheet) = trajectories::sheet(run) {
+        store("trajectories", sheet)?;
     }
     let grid = Grid::new(run.samples(), POINTS);
     let times: Vec<f64> = grid.points().iter().map(|&sample| run.time(sample)).collect();
@@ -97,34 +136,71 @@ fn pages(panel: &Panel) -> Vec<(String, &[View])> {
 }
 
 /// Plots above each other over the same time.
-fn draw(run: &LoggedRun, views: &[View], times: &[f64]) -> Scene {
+fn draw(run: &LoggedRun, views: &[View], times: &[f64]) -> Sheet {
     let plot = |view: &View| Plot {
-        title: view.name.clone(),
-        label: labelled(&view.axis, &view.unit),
+        title: Label::plain(&view.name),
+        y_label: Label::plain(&with_unit(&view.axis, &view.unit)),
         logarithmic: view.logarithmic,
         lines: view.curves.iter().map(|curve| line(curve, times)).collect(),
         limits: view.limits.iter().map(|limit| limit.value).collect(),
         ..Plot::default()
     };
-    let mut legend = style::agents(run);
+    let mut legend = if views.iter().flat_map(|view| &view.curves).any(|curve| curve.agent.is_some()) {
+        style::agents(run)
+    } else {
+        Vec::new()
+    };
     if let Some(second) = views.iter().flat_map(|view| &view.curves).find(|curve| curve.second) {
-        let name = format!("{} (dotted)", second.label);
-        legend.push(Entry { name, colour: style::colour(None), dashes: style::second() });
+        legend.push(Entry::curve(&second.label, Style::BLACK.second()));
     }
+    legend.extend(limits(views.iter().flat_map(|view| &view.limits)));
     let rows = views.iter().map(|view| vec![plot(view)]).collect();
-    sheet::draw(rows, [times[0], times[times.len() - 1]], WIDTH, &legend)
+    Sheet::over_time(rows, [times[0], times[times.len() - 1]], legend)
 }
 
-/// A quantity with its unit.
-fn labelled(quantity: &str, unit: &str) -> String {
-    if unit.is_empty() { quantity.into() } else { format!("{quantity} [{}]", unit.replace("^2", "\u{b2}")) }
+/// An entry for the horizontal lines, by their names; the negative of a limit is that limit.
+fn limits<'a>(limits: impl Iterator<Item = &'a Limit>) -> Option<Entry> {
+    let mut names: Vec<&str> = Vec::new();
+    for limit in limits.filter(|limit| !limit.label.starts_with('-')) {
+        if !names.contains(&limit.label.as_str()) {
+            names.push(&limit.label);
+        }
+    }
+    (!names.is_empty()).then(|| Entry::curve(&names.join(", "), Style::LIMIT))
+}
+
+/// A quantity with its unit, as far as the log tells it.
+fn with_unit(quantity: &str, unit: &str) -> String {
+    match unit {
+        "" => quantity.into(),
+        unit => format!("{quantity} [{}]", unit.replace("^2", "²").replace("^3", "³")),
+    }
 }
 
 fn line(curve: &Curve, times: &[f64]) -> Line {
+    let style = curve.agent.map_or(Style::BLACK, Style::at);
     Line {
         points: times.iter().copied().zip(curve.values.iter().copied()).collect(),
-        colour: style::colour(curve.agent),
-        dashes: if curve.second { style::second() } else { style::dashes(curve.agent) },
+        style: if curve.second { style.second() } else { style },
         cut_off: curve.second,
+        ends: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_has_its_unit() {
+        assert_eq!(with_unit("norm", "m/s^2"), "norm [m/s²]");
+        assert_eq!(with_unit("norm", ""), "norm");
+    }
+
+    #[test]
+    fn sizes_have_limits() {
+        assert_eq!((inches("3.5"), points("8")), (Ok(3.5), Ok(8.0)));
+        assert_eq!(inches("1"), Err("expected a number from 2 to 20".into()));
+        assert!(points("NaN").is_err() && points("small").is_err());
     }
 }

@@ -1,13 +1,8 @@
-//! Where the agents went: seen from above, and for vehicles in space from the side as well.
+//! Where the agents went: the top view, and for vehicles in space a side view as well.
 
-use kuva::plot::scatter::MarkerShape;
-use kuva::plot::{LinePlot, LineStyle, ScatterPlot};
-use kuva::render::figure::Figure;
-use kuva::render::layout::Layout;
-use kuva::render::plots::Plot;
-use kuva::render::render::Scene;
-
-use super::{WIDTH, style};
+use super::picture::Label;
+use super::sheet::{Line, Plot, Proportions, Sheet};
+use super::style::{self, Entry, Sample, Style};
 use crate::show::view::{Grid, LoggedRun};
 
 /// Points of a trajectory.
@@ -16,76 +11,65 @@ const POINTS: usize = 1200;
 const CORNERS: usize = 64;
 
 /// The figure; `None` if there are no positions.
-pub(super) fn draw(run: &LoggedRun) -> Option<Scene> {
+pub(super) fn sheet(run: &LoggedRun) -> Option<Sheet> {
     let grid = Grid::new(run.samples(), POINTS);
     let mut above = plane(run, &grid, [0, 1]);
-    above.extend(obstacles(run));
     if above.is_empty() {
         return None;
     }
-    let layout =
-        |plots: &[Plot], x: &str, y: &str| style::apply(Layout::auto_from_plots(plots)).with_x_label(x).with_y_label(y);
-    let top = layout(&above, "x [m]", "y [m]").with_equal_aspect();
-    let figure = if run.is_planar() {
-        Figure::new(1, 1).with_layouts(vec![top]).with_plots(vec![above]).with_cell_size(WIDTH, WIDTH * 0.9)
+    above.extend(obstacles(run));
+    let plot = |lines: Vec<Line>, title: &str, y: &str, proportions: Proportions| Plot {
+        title: Label::tex(title).unwrap_or_default(),
+        x_label: Label::tex("$x$ [m]").unwrap_or_default(),
+        y_label: Label::tex(y).unwrap_or_default(),
+        lines,
+        proportions,
+        ..Plot::default()
+    };
+    let rows = if run.is_planar() {
+        vec![vec![plot(above, "", "$y$ [m]", Proportions::Equal)]]
     } else {
         let side = plane(run, &grid, [0, 2]);
-        let layouts = vec![top.with_title("from above"), layout(&side, "x [m]", "z [m]").with_title("from the side")];
-        Figure::new(2, 1)
-            .with_layouts(layouts)
-            .with_plots(vec![above, side])
-            .with_cell_size(WIDTH, WIDTH * 0.8)
-            .with_row_height(1, WIDTH * 0.6)
+        vec![
+            vec![plot(above, "top view", "$y$ [m]", Proportions::Equal)],
+            vec![plot(side, "side view", "$z$ [m]", Proportions::Equal)],
+        ]
     };
-    let mut scene = figure.with_spacing(4.0).with_padding(0.0).render();
-    style::add_legend(&mut scene, &style::agents(run));
-    Some(scene)
+    let mut legend = style::agents(run);
+    legend.push(Entry { name: Label::plain("start"), sample: Sample::Start });
+    legend.push(Entry { name: Label::plain("end"), sample: Sample::End });
+    Some(Sheet { rows, legend, note: String::new() })
 }
 
-/// Paths, beginnings (open circles) and ends (full circles), projected onto two coordinates.
-fn plane(run: &LoggedRun, grid: &Grid, [x, y]: [usize; 2]) -> Vec<Plot> {
-    let mut plots = Vec::new();
-    for place in 0..run.agents.len() {
-        let Some(series) = run.signal(place, "state", "position").filter(|series| series.width() > y) else {
-            continue;
-        };
-        let colour = style::colour(Some(place));
-        let point = |sample: usize| (series.row(sample)[x], series.row(sample)[y]);
-        let path = LinePlot::new()
-            .with_data(grid.points().iter().map(|&sample| point(sample)))
-            .with_color(colour)
-            .with_line_style(style::dashes(Some(place)))
-            .with_stroke_width(1.1);
-        let mark = |sample: usize, size: f64, colour: &str| {
-            let marker = ScatterPlot::new().with_data([point(sample)]).with_color(colour).with_size(size);
-            Plot::Scatter(marker.with_marker(MarkerShape::Circle).with_marker_stroke_width(0.8))
-        };
-        plots.push(Plot::Line(path));
-        plots.push(mark(0, 3.0, colour));
-        plots.push(mark(0, 1.8, "white"));
-        plots.push(mark(run.samples() - 1, 3.4, colour));
-    }
-    plots
+/// Paths, projected onto two coordinates.
+fn plane(run: &LoggedRun, grid: &Grid, [x, y]: [usize; 2]) -> Vec<Line> {
+    let path = |place: usize| {
+        let series = run.signal(place, "state", "position").filter(|series| series.width() > y)?;
+        let point = |&sample: &usize| (series.row(sample)[x], series.row(sample)[y]);
+        let points = grid.points().iter().map(point).collect();
+        Some(Line { points, style: Style::at(place), cut_off: false, ends: true })
+    };
+    (0..run.agents.len()).filter_map(path).collect()
 }
 
 /// Obstacles, and the boundaries around them for the largest agent.
-fn obstacles(run: &LoggedRun) -> Vec<Plot> {
+fn obstacles(run: &LoggedRun) -> Vec<Line> {
     let largest = (0..run.agents.len()).filter_map(|place| run.radius(place)).fold(0.0, f64::max);
-    let circle = |centre: [f64; 2], radius: f64, style: LineStyle| {
+    let circle = |centre: [f64; 2], radius: f64, dashes: &'static [f64]| {
         let corner = |k: usize| {
             let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
             (centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin())
         };
-        let plot = LinePlot::new().with_data((0..=CORNERS).map(corner)).with_color("#444444");
-        Plot::Line(plot.with_line_style(style).with_stroke_width(0.9))
+        let style = Style { colour: [0x44; 3], dashes, marker: None };
+        Line { points: (0..=CORNERS).map(corner).collect(), style, cut_off: false, ends: false }
     };
-    let mut plots = Vec::new();
+    let mut lines = Vec::new();
     for obstacle in run.obstacles() {
-        plots.push(circle(obstacle.centre, obstacle.radius, LineStyle::Solid));
+        lines.push(circle(obstacle.centre, obstacle.radius, &[]));
         if let Some([inner, outer]) = obstacle.boundaries(largest) {
-            plots.push(circle(obstacle.centre, inner, LineStyle::Custom("5 2".into())));
-            plots.push(circle(obstacle.centre, outer, LineStyle::Custom("1.5 2".into())));
+            lines.push(circle(obstacle.centre, inner, &[3.5, 1.5]));
+            lines.push(circle(obstacle.centre, outer, &[1.0, 1.5]));
         }
     }
-    plots
+    lines
 }

@@ -90,7 +90,7 @@ impl PanelBuilder<'_> {
         View {
             name: format!("{role} {}", words(&field.name)),
             axis: if vector { "norm".into() } else { words(&field.name) },
-            unit: units(field),
+            unit: self.units(field),
             logarithmic: vector,
             curves: self.each(|place| self.norm(place, role, &field.name)),
             limits: Vec::new(),
@@ -233,6 +233,19 @@ impl PanelBuilder<'_> {
             logarithmic: true,
             curves: self.each(|place| self.between(place, pair)),
             limits: Vec::new(),
+        }
+    }
+
+    /// The units of a field; where it declares none, those of the field of the vehicle that it is about, `position` for
+    /// `desired_position`.
+    fn units(&self, field: &Field) -> String {
+        let about = field.name.trim_start_matches("desired_");
+        match self.run.field("state", about).filter(|_| field.unit.is_empty()) {
+            Some(truth) => {
+                let each: Vec<String> = (0..field.shape.words()).map(|component| unit_of(&truth, component)).collect();
+                units(&Field { unit: each.join(","), ..field.clone() })
+            }
+            None => units(field),
         }
     }
 

@@ -66,7 +66,7 @@ pub(super) struct Figure {
 pub(super) struct Quantity {
     #[serde(default)]
     pub(super) title: String,
-    /// At the vertical axis.
+    /// At the vertical axis, in TeX; `#` stands for the number of the agent.
     #[serde(default)]
     pub(super) label: String,
     /// A signal in the language of assertions.
@@ -108,5 +108,10 @@ impl Quantity {
     /// Whether it has a value for every agent.
     pub(super) fn is_of_agents(&self) -> bool {
         self.across == Across::Each && self.pair.is_none()
+    }
+
+    /// Whether it has one for all of them.
+    pub(super) fn is_of_all_agents(&self) -> bool {
+        self.is_of_agents() && self.agents.is_none()
     }
 }

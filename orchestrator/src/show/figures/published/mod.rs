@@ -1,6 +1,7 @@
 //! Published figures, drawn again from logs, by their numbers.
 
 mod catalog;
+mod changes;
 mod curves;
 
 #[cfg(test)]
@@ -8,23 +9,18 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use formation::wiring::Assembly;
-use kuva::plot::LineStyle;
-use kuva::render::render::Scene;
-
 use super::file::store;
-use super::sheet::{self, Line, Plot};
-use super::style::{self, Entry};
-use super::{POINTS, WIDTH, trajectories};
+use super::picture::Label;
+use super::sheet::{Line, Plot, Sheet};
+use super::style::{self, Entry, Style};
+use super::{FigureOptions, POINTS, trajectories};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::show::figures::FigureFormat;
 use crate::show::view::{Grid, LoggedRun};
-use catalog::{Across, Figure, Kind, Quantity, figures};
+use catalog::{Figure, Kind, Quantity, figures};
+use changes::Changes;
 use curves::{histories, integrated};
-
-/// Width of two columns of a journal, in the units of the file.
-const WIDE: f64 = 818.0;
+use formation::wiring::Assembly;
 
 /// A figure that cannot be drawn, as a run of a variant is not there.
 pub(crate) struct Missing {
@@ -37,7 +33,7 @@ pub(crate) struct Missing {
 }
 
 /// Writes the published figures for which there are logs into `folder`; their files, and the figures for which logs of other
-/// variants are missing.
+/// variants are missing. A figure of a run that is not the published one is marked, in its name and above its plots.
 ///
 /// # Errors
 /// [`Failure::System`] if a file cannot be written, [`Failure::Usage`] if a log does not hold what a figure shows.
@@ -45,7 +41,7 @@ pub(crate) fn write(
     catalog: &Catalog,
     runs: &[LoggedRun],
     folder: &Path,
-    format: FigureFormat,
+    options: &FigureOptions,
 ) -> Result<(Vec<PathBuf>, Vec<Missing>), Failure> {
     let (mut written, mut missing) = (Vec::new(), Vec::new());
     for figure in &figures(catalog).map_err(Failure::Usage)? {
@@ -64,9 +60,11 @@ pub(crate) fn write(
             });
             continue;
         }
-        let scene = draw(catalog, figure, &runs)
+        let mut sheet = draw(catalog, figure, &runs)
             .map_err(|why| Failure::Usage(format!("figure {} cannot be drawn: {why}", figure.number)))?;
-        written.push(store(folder, &figure.file_name(), scene, format)?);
+        let changes = Changes::of(catalog, &runs);
+        sheet.note = changes.note();
+        written.push(store(folder, &format!("{}{}", figure.file_name(), changes.mark()), &sheet, options)?);
     }
     Ok((written, missing))
 }
@@ -76,9 +74,9 @@ fn is(run: &LoggedRun, scenario: &str, variant: &str) -> bool {
     run.scenario.as_ref().is_some_and(|own| own.name == scenario && own.variant == variant)
 }
 
-fn draw(catalog: &Catalog, figure: &Figure, runs: &[&LoggedRun]) -> Result<Scene, String> {
+fn draw(catalog: &Catalog, figure: &Figure, runs: &[&LoggedRun]) -> Result<Sheet, String> {
     match figure.kind {
-        Kind::Trajectories => trajectories::draw(runs[0]).ok_or("there are no positions".into()),
+        Kind::Trajectories => trajectories::sheet(runs[0]).ok_or("there are no positions".into()),
         Kind::Lines | Kind::Bands => Drawing::new(catalog, figure, runs)?.draw(),
     }
 }
@@ -116,47 +114,48 @@ impl<'a> Drawing<'a> {
         Ok(Self { catalog, figure, sources, span })
     }
 
-    fn draw(&self) -> Result<Scene, String> {
-        let run = self.sources[0].run;
-        let legend = if self.compares() {
-            let entry = |(index, source): (usize, &Source)| Entry {
-                name: source.variant.into(),
-                colour: style::colour(Some(index)),
-                dashes: style::dashes(Some(index)),
-            };
-            self.sources.iter().enumerate().map(entry).collect()
-        } else if self.figure.plots.iter().all(|plot| plot.across == Across::Each && plot.agents.is_none()) {
-            style::agents(run)
-        } else {
-            Vec::new()
-        };
+    fn draw(&self) -> Result<Sheet, String> {
         if self.figure.kind == Kind::Bands {
-            return Ok(sheet::draw(vec![vec![self.bands()?]], self.span, WIDTH, &[]));
+            return Ok(Sheet::over_time(vec![vec![self.bands()?]], self.span, Vec::new()));
         }
         // Agents that are compared one by one take a row each.
         let apart = self.compares() && self.figure.plots.iter().all(|plot| plot.is_of_agents());
-        if apart {
+        let rows = if apart {
             let row = |place| self.figure.plots.iter().map(|plot| self.of_agent(plot, place)).collect();
-            let rows = (0..run.agents.len()).map(row).collect::<Result<Vec<_>, String>>()?;
-            let width = if self.figure.plots.len() > 1 { WIDE } else { WIDTH };
-            return Ok(sheet::draw(rows, self.span, width, &legend));
+            (0..self.sources[0].run.agents.len()).map(row).collect::<Result<Vec<_>, String>>()?
+        } else {
+            let rows = self.figure.plots.iter().map(|plot| Ok(vec![self.of_all(plot)?]));
+            rows.collect::<Result<Vec<_>, String>>()?
+        };
+        Ok(Sheet::over_time(rows, self.span, self.legend()))
+    }
+
+    fn legend(&self) -> Vec<Entry> {
+        let plots = &self.figure.plots;
+        let mut legend = if self.compares() {
+            let entry = |(index, source): (usize, &Source)| Entry::curve(source.variant, Style::at(index));
+            self.sources.iter().enumerate().map(entry).collect()
+        } else if plots.iter().all(Quantity::is_of_all_agents) {
+            style::agents(self.sources[0].run)
+        } else {
+            Vec::new()
+        };
+        if plots.iter().any(|plot| plot.pair.is_some()) {
+            legend.push(Entry::curve("contact", Style::LIMIT));
+        } else if plots.iter().any(|plot| !self.limits(plot).is_empty()) {
+            legend.push(Entry::curve("limit", Style::LIMIT));
         }
-        let rows = self.figure.plots.iter().map(|plot| Ok(vec![self.of_all(plot)?]));
-        Ok(sheet::draw(rows.collect::<Result<Vec<_>, String>>()?, self.span, WIDTH, &legend))
+        legend
     }
 
     fn compares(&self) -> bool {
         self.sources.len() > 1
     }
 
-    fn line(&self, source: &Source, values: &[f64], style: Option<usize>) -> Line {
+    fn line(&self, source: &Source, values: &[f64], style: Style) -> Line {
         let times = source.grid.points().iter().map(|&sample| source.run.time(sample));
-        Line {
-            points: times.zip(source.grid.curve(|sample| values[sample])).collect(),
-            colour: style::colour(style),
-            dashes: style.map_or(LineStyle::Solid, |style| style::dashes(Some(style))),
-            cut_off: false,
-        }
+        let points = times.zip(source.grid.curve(|sample| values[sample])).collect();
+        Line { points, style, cut_off: false, ends: false }
     }
 
     /// What a plot shows of a run: one history, or one for each agent.
@@ -188,16 +187,22 @@ impl<'a> Drawing<'a> {
                 continue;
             }
             for (agent, values) in self.values(plot, source)? {
-                let style = match (self.compares(), plot.is_of_agents()) {
-                    (true, _) => Some(index),
-                    (false, true) => Some(agent),
-                    (false, false) => None,
+                let style = match (self.compares(), plot.is_of_all_agents()) {
+                    (true, _) => Style::at(index),
+                    (false, true) => Style::at(agent),
+                    (false, false) => Style::BLACK,
                 };
                 lines.push(self.line(source, &values, style));
             }
         }
-        let (title, label, logarithmic) = (plot.title.clone(), plot.label.clone(), plot.log);
-        Ok(Plot { title, label, logarithmic, lines, limits: self.limits(plot), ..Plot::default() })
+        Ok(Plot { lines, ..self.empty(plot, "i")? })
+    }
+
+    /// A plot without curves; the index of the agent in its label is called `index`.
+    fn empty(&self, plot: &Quantity, index: &str) -> Result<Plot, String> {
+        let y_label = Label::tex(&plot.label.replace('#', index))?;
+        let title = Label::plain(&plot.title);
+        Ok(Plot { title, y_label, logarithmic: plot.log, limits: self.limits(plot), ..Plot::default() })
     }
 
     /// One agent in all runs.
@@ -206,11 +211,9 @@ impl<'a> Drawing<'a> {
         for (index, source) in self.sources.iter().enumerate() {
             let all = self.values(plot, source)?;
             let own = all.into_iter().filter(|(agent, _)| *agent == place);
-            lines.extend(own.map(|(_, values)| self.line(source, &values, Some(index))));
+            lines.extend(own.map(|(_, values)| self.line(source, &values, Style::at(index))));
         }
-        let label = self.sources[0].run.agent_name(place);
-        let title = if place == 0 { plot.title.clone() } else { String::new() };
-        Ok(Plot { title, label, logarithmic: plot.log, lines, limits: self.limits(plot), ..Plot::default() })
+        Ok(Plot { lines, ..self.empty(plot, &self.sources[0].run.agents[place].to_string())? })
     }
 
     /// A row for every agent, thick while its value is not 0.
@@ -223,9 +226,9 @@ impl<'a> Drawing<'a> {
                 let base = -(agent as f64 + 1.0);
                 let raised: Vec<f64> =
                     values.iter().map(|value| base + if *value == 0.0 { 0.0 } else { 0.7 }).collect();
-                lines.push(self.line(source, &raised, None));
+                lines.push(self.line(source, &raised, Style::BLACK));
             }
         }
-        Ok(Plot { label: "agent".into(), rows: source.run.agents.clone(), lines, ..Plot::default() })
+        Ok(Plot { y_label: Label::plain("agent"), rows: source.run.agents.clone(), lines, ..Plot::default() })
     }
 }
