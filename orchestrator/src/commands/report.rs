@@ -18,7 +18,7 @@ Examples:
   phalanx report runs/uav-TSC.mcap
   phalanx report runs/uav-TSC.mcap runs/uav-TOC.mcap --out both.html
   phalanx report runs/uav-*.mcap --figures figures --format pdf
-  phalanx report runs/uav-TSC.mcap --figures figures --format pdf --font times --font-size 9 --width 7.16")]
+  phalanx report runs/uav-TSC.mcap --figures figures --font times --font-size 9")]
 pub(crate) struct ReportArgs {
     /// Logs that `phalanx run` recorded; several are compared
     #[arg(required = true)]

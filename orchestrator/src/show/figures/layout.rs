@@ -147,11 +147,11 @@ impl Builder<'_> {
     }
 
     fn y_ticks(&self, plot: &Plot, height: f64) -> Ticks {
-        let most = ((height / (2.1 * self.size)) as usize).clamp(2, 7);
+        let most = |lines: f64| ((height / (lines * self.size)) as usize).clamp(2, 7);
         match plot.is_logarithmic() {
             _ if !plot.rows.is_empty() => Ticks::rows(&plot.rows),
-            true => Ticks::decades(plot.y_range(), most),
-            false => Ticks::linear(plot.y_range(), most),
+            true => Ticks::decades(plot.y_range(), most(2.1)),
+            false => Ticks::linear(plot.y_range(), most(1.6)),
         }
     }
 
