@@ -41,6 +41,8 @@ def use_font(family, size):
         "mathtext.fontset": "custom",
         "mathtext.rm": font,
         "mathtext.it": f"{font}:italic",
+        "mathtext.bf": f"{font}:bold",
+        "mathtext.cal": font,
         "axes.unicode_minus": True,
         "lines.scale_dashes": False,
         "pdf.fonttype": 42,
