@@ -88,14 +88,18 @@ impl Picture {
         self.shapes.push(Shape::Path { segments, stroke, fill });
     }
 
-    /// Adds a text whose baseline begins at `at`.
+    /// Adds a text, if there is any, whose baseline begins at `at`.
     pub(crate) fn text(&mut self, text: Typeset, at: Point) {
-        self.shapes.push(Shape::Text { text, at, upwards: false });
+        if !text.is_empty() {
+            self.shapes.push(Shape::Text { text, at, upwards: false });
+        }
     }
 
     /// Adds a text that is read from below to above.
     pub(crate) fn upright(&mut self, text: Typeset, at: Point) {
-        self.shapes.push(Shape::Text { text, at, upwards: true });
+        if !text.is_empty() {
+            self.shapes.push(Shape::Text { text, at, upwards: true });
+        }
     }
 }
 

@@ -50,6 +50,10 @@ impl Typeset {
         text
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.glyphs.is_empty()
+    }
+
     /// Adds nodes from `x` on, `y` below the baseline; where they end.
     fn add(&mut self, fonts: &Fonts, nodes: &[Node], size: f64, mut x: f64, y: f64) -> f64 {
         for node in nodes {

@@ -3,6 +3,7 @@
 use formation::scenario::Selection;
 use formation::wiring::Assembly;
 
+use super::super::picture::Label;
 use super::catalog::{Figure, Kind, figures};
 use super::curves::integrated;
 use crate::catalog::Catalog;
@@ -35,6 +36,16 @@ fn every_figure_shows_what_its_variants_have() {
                 let found = check(signal, &assembly, 0);
                 assert_eq!(found.is_ok(), !plot.without.contains(variant), "{number}, {variant}: {found:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn labels_can_be_read_and_have_a_unit() {
+    for figure in own_figures().iter().filter(|figure| figure.kind == Kind::Lines) {
+        for plot in &figure.plots {
+            let label = Label::tex(&plot.label.replace('#', "i")).expect("a label");
+            assert!(label.letters().contains(" [") && label.letters().ends_with(']'), "{}: {label:?}", figure.number);
         }
     }
 }
