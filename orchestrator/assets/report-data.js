@@ -44,6 +44,8 @@ const state = {
   links: true,
   targets: true,
   span: null,
+  /** The time below the pointer in any plot; all plots show their values there. */
+  hover: null,
   hidden: new Set(),
 };
 
@@ -64,7 +66,7 @@ const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
 let colours = {};
 const readColours = () => {
   const style = getComputedStyle(document.documentElement);
-  const names = [...HUES, "page", "card", "ink", "soft", "line", "grid", "accent", "good", "bad"];
+  const names = [...HUES, "page", "card", "ink", "soft", "line", "grid", "accent", "good", "bad", "warn"];
   colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 };
 const hue = (index) => colours[HUES[index % HUES.length]];
@@ -77,7 +79,7 @@ const short = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace(/\.?0*e\+?/, "e").replaceAll("-", "−");
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(3).replace(/\.?0*e\+?/, "e").replaceAll("-", "−");
   const text = value.toFixed(Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(size)))));
   return (text.includes(".") ? text.replace(/\.?0+$/, "") : text).replace("-", "−");
 };
@@ -114,10 +116,31 @@ const tickText = (value, step) => {
   return value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))).replace("-", "−");
 };
 
+const superscript = (number) => [...String(number)].map((digit) => (digit === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit])).join("");
+
 /** Powers of ten as one writes them. */
-const powerText = (power) => {
-  if (power >= -2 && power <= 3) return short(10 ** power);
-  return `10${[...String(power)].map((digit) => (digit === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit])).join("")}`;
+const powerText = (power) => (power >= -2 && power <= 3 ? short(10 ** power) : `10${superscript(power)}`);
+
+/** A unit as one writes it: `m/s^2` is m/s². */
+const unitText = (unit) => (unit ?? "").replace(/\^(-?\d+)/g, (_, power) => superscript(power)).replaceAll("*", "·");
+
+/** What this browser remembers of an earlier visit; nothing where it may not. */
+const remembered = {
+  get: (name) => {
+    try {
+      return localStorage.getItem(`phalanx-${name}`);
+    } catch {
+      return null;
+    }
+  },
+  set: (name, value) => {
+    try {
+      if (value === null) localStorage.removeItem(`phalanx-${name}`);
+      else localStorage.setItem(`phalanx-${name}`, value);
+    } catch {
+      // The page works without.
+    }
+  },
 };
 
 /** Fits a canvas to its place on the page; gives its context, scaled to CSS pixels, and its size. */

@@ -59,7 +59,7 @@ const growLinks = (pairs, time, before) => {
   }
 };
 
-/** The box of the scene follows the run, as long as nobody has moved the camera. */
+/** The box of the scene follows the run, as long as the camera was not moved. */
 const refit = () => {
   for (const scene of scenes) {
     scene.measure();
@@ -119,7 +119,8 @@ const follow = (following) => {
   }
 };
 onleave = () => follow(false);
-follow(true);
+goToEnd = () => follow(true);
+follow(timeOfAddress() === null);
 
 const source = new EventSource("events");
 source.addEventListener("frame", (event) => takeFrame(JSON.parse(event.data)));

@@ -3,6 +3,11 @@
 /** The view, shared by all runs of a report. */
 const camera = { azimuth: -0.65, elevation: 0.5, scale: 1, shift: [0, 0], fitted: false, touched: false };
 
+/** Pixels above and below the formation: names, buttons, numbers. */
+const AROUND = 96;
+/** Pixels that the heights take at the left. */
+const LEFT_MARK = 40;
+
 class Scene {
   constructor(run) {
     this.run = run;
@@ -60,7 +65,7 @@ class Scene {
       }
       redrawScenes();
     });
-    this.canvas.addEventListener("pointerup", () => { this.drag = null; });
+    for (const end of ["pointerup", "pointercancel"]) this.canvas.addEventListener(end, () => { this.drag = null; });
     this.canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     this.canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
@@ -87,25 +92,46 @@ class Scene {
     return [this.middle[0] + right * this.scale * near, this.middle[1] - up * this.scale * near, depth];
   }
 
-  /** Aims the camera; the first time, and on request, so that everything is in view. */
-  aim(width, height) {
-    const { azimuth, elevation } = camera;
+  /** What the box covers on the screen, at one pixel per metre. */
+  spread() {
+    this.turnTo(camera);
+    Object.assign(this, { scale: 1, middle: [0, 0] });
+    let [left, right, top, bottom] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const x of [this.low[0], this.high[0]])
+      for (const y of [this.low[1], this.high[1]])
+        for (const z of [this.low[2], this.high[2]]) {
+          const [px, py] = this.project(x, y, z);
+          [left, right, top, bottom] = [Math.min(left, px), Math.max(right, px), Math.min(top, py), Math.max(bottom, py)];
+        }
+    return { left, right, top, bottom };
+  }
+
+  /** Pixels per metre with which everything fits into so many pixels, numbers at the edges included. */
+  fit(width, height) {
+    const { left, right, top, bottom } = this.spread();
+    return Math.min((width - (this.planar ? 60 : 2 * LEFT_MARK)) / (right - left), (height - AROUND) / (bottom - top));
+  }
+
+  /** Height in pixels that the box takes at so many pixels per metre. */
+  heightAt(scale) {
+    const { top, bottom } = this.spread();
+    return (bottom - top) * scale + AROUND;
+  }
+
+  turnTo({ azimuth, elevation }) {
     this.turn = { sinA: Math.sin(azimuth), cosA: Math.cos(azimuth), sinE: Math.sin(elevation), cosE: Math.cos(elevation) };
     this.centre = this.low.map((low, axis) => (low + this.high[axis]) / 2);
     this.distance = 3 * Math.hypot(...this.low.map((low, axis) => this.high[axis] - low));
+  }
+
+  /** Aims the camera; the first time, and on request, so that everything is in view. */
+  aim(width, height) {
+    this.turnTo(camera);
     if (!camera.fitted) {
-      Object.assign(this, { scale: 1, middle: [0, 0] });
-      let [left, right, top, bottom] = [Infinity, -Infinity, Infinity, -Infinity];
-      for (const x of [this.low[0], this.high[0]])
-        for (const y of [this.low[1], this.high[1]])
-          for (const z of [this.low[2], this.high[2]]) {
-            const [px, py] = this.project(x, y, z);
-            [left, right, top, bottom] = [Math.min(left, px), Math.max(right, px), Math.min(top, py), Math.max(bottom, py)];
-          }
-      const scale = Math.min((width - 70) / (right - left), (height - 96) / (bottom - top));
-      camera.home = scale;
+      const { left, right, top, bottom } = this.spread();
+      camera.home = this.fit(width, height);
       camera.scale = 1;
-      camera.shift = [(-(left + right) / 2) * scale, (-(top + bottom) / 2) * scale];
+      camera.shift = [(-(left + right) / 2) * camera.home + (this.planar ? 0 : LEFT_MARK / 4), (-(top + bottom) / 2) * camera.home];
       camera.fitted = true;
     }
     this.scale = camera.home * camera.scale;

@@ -1,11 +1,12 @@
 // Opens reports in a real browser and uses them as a person would:
 //   phalanx run uav && phalanx report runs/uav-TSC.mcap
 //   npm ci && node report.mjs ../../runs/uav-TSC.html [...]
-// Fails on any error in the console, on any request to anything but the file itself, and on a control without effect.
+// Fails on any error in the console, on any request to anything but the file itself, on a control or key without effect, and on
+// a table that does not fit a telephone.
 // CHROMIUM names the browser (/usr/bin/chromium), PICTURES a folder for screenshots (none are taken without it).
 
 import assert from "node:assert/strict";
-import { mkdir } from "node:fs/promises";
+import { mkdir, readFile } from "node:fs/promises";
 import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
@@ -28,6 +29,115 @@ const look = (page, selector) =>
 
 const clock = async (page) => Number.parseFloat(await page.locator("#clock").innerText());
 
+/** Keys mean the playback, wherever the last click left the focus, and never scroll the page. */
+const checkKeys = async (page, end) => {
+  const scrolled = () => page.evaluate(() => window.scrollY);
+  const isPlaying = () => page.locator("#play").evaluate((button) => button.classList.contains("playing"));
+  await page.evaluate(() => window.scrollTo(0, 0));
+  const slider = await page.locator("#scrub").boundingBox();
+  const uses = {
+    "scrubbing the slider": () => page.mouse.click(slider.x + slider.width / 4, slider.y + slider.height / 2),
+    "choosing a speed": async () => {
+      await page.locator("#speed").focus();
+      await page.locator("#speed").selectOption({ index: 7 });
+    },
+    "choosing an agent": async () => {
+      await page.locator("#agents .chip").first().click();
+      await page.locator("#agents .chip").first().click();
+    },
+    "showing links": async () => {
+      await page.locator("#links").click();
+      await page.locator("#links").click();
+    },
+  };
+  for (const [what, use] of Object.entries(uses)) {
+    await use();
+    await page.keyboard.press("Home");
+    assert.equal(await clock(page), 0, `Home after ${what}`);
+    await page.keyboard.press("Space");
+    assert.ok(await isPlaying(), `Space after ${what} does not play`);
+    await page.waitForFunction(() => Number.parseFloat(document.getElementById("clock").textContent) > 0);
+    await page.keyboard.press("Space");
+    assert.ok(!(await isPlaying()), `Space after ${what} does not pause`);
+    await page.keyboard.press("End");
+    assert.ok(Math.abs((await clock(page)) - end) < 1e-9, `End after ${what}`);
+    assert.equal(await scrolled(), 0, `a key after ${what} scrolls the page`);
+  }
+  const scale = page.locator(".plot button.quiet:visible").first();
+  const before = await scale.innerText();
+  await page.mouse.move(2, 2);
+  // If any plot is logarithmic, all become linear.
+  await page.keyboard.press("l");
+  if (before === "linear" && (await scale.innerText()) === before) await page.keyboard.press("l");
+  assert.notEqual(await scale.innerText(), before, "the key L does not change the scale");
+  await page.keyboard.press("l");
+  const number = await page.locator("#agents .chip").first().innerText();
+  await page.keyboard.press(number.trim());
+  assert.equal(await page.locator("#agents .chip").first().getAttribute("aria-pressed"), "true", "a digit singles out no agent");
+  await page.keyboard.press("0");
+  assert.equal(await page.locator("#agents .chip[aria-pressed=true]").count(), 0, "0 does not show all agents");
+  await page.keyboard.press("?");
+  assert.match(await page.locator("#help").innerText(), /Space/, "? shows no help");
+  await page.keyboard.press("?");
+  assert.ok(!(await page.locator("#help").isVisible()), "? does not hide the help");
+};
+
+/** Each plot can be saved, as it is shown. */
+const checkSaving = async (page) => {
+  for (const [ending, isRight] of [
+    ["svg", (bytes) => /^<svg [^>]*xmlns=/.test(bytes) && bytes.includes("<path") && !bytes.includes("NaN")],
+    ["png", (bytes) => bytes.subarray(1, 4).toString() === "PNG"],
+    ["csv", (bytes) => /^(run,)?t \[s\],/.test(bytes) && String(bytes).split("\n").length > 100],
+  ]) {
+    await page.locator(".plot .menu summary").first().click();
+    const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".plot .menu button", { hasText: ending.toUpperCase() }).first().click()]);
+    assert.ok(download.suggestedFilename().endsWith(`.${ending}`), download.suggestedFilename());
+    const bytes = await readFile(await download.path());
+    assert.ok(isRight(bytes), `a saved plot is no ${ending}: ${bytes.subarray(0, 200)}`);
+    if (process.env.PICTURES) await download.saveAs(join(process.env.PICTURES, download.suggestedFilename()));
+  }
+};
+
+/** Everything that was violated stands in the heading, in colour, and leads to its time. */
+const checkWarnings = async (page) => {
+  const violated = page.locator("#assertions td.warn, #assertions td.bad");
+  const said = page.locator("#alarms p");
+  assert.equal(await said.count(), await violated.count(), "the heading does not name what was violated");
+  if (!(await said.count())) return;
+  const colour = (locator) => locator.first().evaluate((node) => getComputedStyle(node).color);
+  assert.notEqual(await colour(said), await colour(page.locator("h1")), "a violation has the colour of text");
+  const link = said.first().locator("a").first();
+  const time = Number((await link.getAttribute("href")).split("=")[1]);
+  await link.click();
+  await page.waitForTimeout(50);
+  assert.ok(Math.abs((await clock(page)) - time) < 0.01, "a violation does not lead to its time");
+};
+
+/** A link to a time opens there, and the theme stays. */
+const checkAddress = async (page, address, end) => {
+  await page.keyboard.press("t");
+  const theme = () => page.evaluate(() => document.documentElement.dataset.theme);
+  assert.equal(await theme(), "dark");
+  await page.goto("about:blank");
+  await page.goto(`${address}#t=${end / 4}`);
+  await page.waitForFunction(() => document.querySelectorAll(".plot canvas").length > 0);
+  assert.ok(Math.abs((await clock(page)) - end / 4) < 0.01, "#t= does not set the time");
+  assert.equal(await theme(), "dark", "the theme is forgotten");
+  await page.keyboard.press("t");
+  await page.keyboard.press("Home");
+  await page.waitForFunction(() => location.hash === "#t=0");
+};
+
+/** The value below the pointer is shown by all plots. */
+const checkHover = async (page, box) => {
+  const other = page.locator(".plot .frame canvas + canvas").nth(1);
+  const before = await other.evaluate((canvas) => canvas.toDataURL());
+  await page.mouse.move(box.x + box.width * 0.4, box.y + 80);
+  await page.waitForTimeout(120);
+  assert.notEqual(await other.evaluate((canvas) => canvas.toDataURL()), before, "a plot does not follow the pointer in another one");
+  await page.mouse.move(2, 2);
+};
+
 const checkReport = async (file) => {
   const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, colorScheme: "light" });
   const address = pathToFileURL(resolve(file)).href;
@@ -35,7 +145,7 @@ const checkReport = async (file) => {
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && wrong.push(`console: ${message.text()}`));
   page.on("pageerror", (error) => wrong.push(`error: ${error.stack}`));
   page.on("request", (request) => {
-    if (request.url() !== address && !request.url().startsWith("data:")) wrong.push(`request: ${request.url()}`);
+    if (request.url().split("#")[0] !== address && !/^(data|blob):/.test(request.url())) wrong.push(`request: ${request.url()}`);
   });
   const before = performance.now();
   await page.goto(address);
@@ -88,8 +198,13 @@ const checkReport = async (file) => {
   const middle = await clock(page);
   assert.ok(Math.abs(middle - end / 2) < end / 10, `a click into the middle of a plot sets the time ${middle}`);
   await picture("middle");
+  await checkKeys(page, end);
+  await checkSaving(page);
+  await checkWarnings(page);
 
   // Everything that can be chosen has an effect.
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await checkHover(page, box);
   await changes(".plot canvas", "singling out an agent", async () => {
     await page.locator("#agents .chip").first().click();
     await page.mouse.move(2, 2);
@@ -152,14 +267,26 @@ const checkReport = async (file) => {
   await page.evaluate(() => document.getElementById("metrics").scrollIntoView());
   await picture("metrics");
 
-  // On a telephone nothing is wider than the screen, but for what scrolls by itself.
-  await page.setViewportSize({ width: 400, height: 800 });
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await checkAddress(page, address, end);
+
+  // On a telephone nothing is wider than the screen, and nothing of a table is out of sight.
+  await page.setViewportSize({ width: 390, height: 844 });
   await page.evaluate(() => window.scrollTo(0, 0));
   await page.waitForTimeout(150);
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth + 1), "the page is wider than a small screen");
+  const outside = await page.evaluate(() => [...document.querySelectorAll(".wide td")].filter((cell) => {
+    const { left, right, width } = cell.getBoundingClientRect();
+    return width > 0 && (left < 0 || right > window.innerWidth || cell.scrollWidth > cell.clientWidth + 1);
+  }).map((cell) => cell.textContent));
+  assert.deepEqual(outside, [], "cells of tables are out of sight on a small screen");
+  const scenes = await page.locator(".scene").evaluateAll((cards) => cards.map((card) => card.getBoundingClientRect().width));
+  assert.ok(scenes.every((width) => width > 300), `scenes are squeezed to ${scenes} pixels`);
   const heading = await page.locator("h1").boundingBox();
   assert.ok(heading.width > 250, `the heading is squeezed to ${heading.width} pixels`);
   await picture("narrow");
+  await page.evaluate(() => document.getElementById("metrics").scrollIntoView());
+  await picture("narrow-metrics");
 
   assert.deepEqual(wrong, []);
   await page.close();

@@ -146,6 +146,11 @@ impl Finding {
         format!("{} ({} at {} s)", short(*value), who(*agent), tidy(*time))
     }
 
+    /// The time of that value, s; `None` if none was compared.
+    pub fn worst_time(&self) -> Option<f64> {
+        self.worst.map(|(_, moment)| tidy(moment.time))
+    }
+
     /// The verdict in a word or two.
     pub fn word(&self) -> &'static str {
         match (self.ok(), self.checked, self.severity) {

@@ -87,11 +87,14 @@ fn metric(row: &Row) -> Value {
 }
 
 fn assertion(finding: &Finding) -> Value {
+    let first = finding.first.map(|first| json!({ "time": first.time, "text": first.text(&finding.signal) }));
     json!({
         "name": finding.name,
         "signal": finding.signal,
         "bound": finding.bound(),
         "worst": finding.worst(),
+        "worst_at": finding.worst_time(),
+        "first": first,
         "word": finding.word(),
         "ok": finding.ok(),
         "fails": finding.fails(),

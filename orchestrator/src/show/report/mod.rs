@@ -22,11 +22,17 @@ const AGENTS_IN_FULL: usize = 10;
 const PAGE: &str = include_str!("../../../assets/report.html");
 const STYLE: &str = include_str!("../../../assets/report.css");
 /// In the order in which they need each other.
-const PROGRAM: [&str; 5] = [
+const PROGRAM: [&str; 11] = [
     include_str!("../../../assets/report-data.js"),
+    include_str!("../../../assets/report-chart.js"),
+    include_str!("../../../assets/report-save.js"),
     include_str!("../../../assets/report-plot.js"),
     include_str!("../../../assets/report-bodies.js"),
     include_str!("../../../assets/report-scene.js"),
+    include_str!("../../../assets/report-verdicts.js"),
+    include_str!("../../../assets/report-heading.js"),
+    include_str!("../../../assets/report-controls.js"),
+    include_str!("../../../assets/report-keys.js"),
     include_str!("../../../assets/report.js"),
 ];
 
