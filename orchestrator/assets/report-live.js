@@ -1,6 +1,6 @@
 // The page of a run that is going on: it grows with every frame that its server sends.
 
-const live = { following: true, over: false, sceneAt: 0, plotsAt: 0, box: "" };
+const live = { following: true, over: false, sceneAt: 0, plotsAt: 0, box: "", spacing: 0 };
 /** Least time between two pictures, ms; more on a slow machine, since the run needs its processor too. */
 const SCENE_EVERY = 50;
 const PLOTS_EVERY = 500;
@@ -27,6 +27,7 @@ const growing = (holder, name, width) => {
       length += width;
       show();
     },
+    replaceLast(values) { room.set(values, length - width); },
     thin() {
       const rows = length / width;
       let kept = 0;
@@ -73,13 +74,19 @@ const takeFrame = ({ time, values, links }) => {
   const before = run.end;
   if (time <= before) return;
   const numbers = unpack(values);
+  // Points are spread evenly over the time: one that is close to the last but one takes the place of the last one.
+  const count = run.time.length;
+  const add = count > 1 && run.time[count - 1] - run.time[count - 2] < live.spacing ? "replaceLast" : "push";
   let at = 0;
   for (const row of rows) {
-    row.push(numbers.subarray(at, at + row.width));
+    row[add](numbers.subarray(at, at + row.width));
     at += row.width;
   }
-  clockRow.push([time]);
-  if (run.time.length > MOST_POINTS) [clockRow, ...rows].forEach((row) => row.thin());
+  clockRow[add]([time]);
+  if (run.time.length > MOST_POINTS) {
+    [clockRow, ...rows].forEach((row) => row.thin());
+    live.spacing = (2 * (time - run.time[0])) / MOST_POINTS;
+  }
   growLinks(links, time, before);
   run.end = lastTime = time;
   byId("scrub").max = time;
@@ -107,7 +114,8 @@ const lamp = element("button", { type: "button", class: "chip live", title: "Fol
 const news = element("span", { class: "facts" });
 byId("play").before(lamp);
 byId("facts").after(element("p", { class: "facts" }, news));
-byId("facts").textContent = `${run.scene.agents.length} agents · ${short(wholeTime)} s · steps of ${short(run.dt)} s`;
+const since = report.live.no_past ? ` · curves from t = ${run.time[0].toFixed(2)} s on, since ${report.live.no_past}` : "";
+byId("facts").textContent = `${run.scene.agents.length} agents · ${short(wholeTime)} s · steps of ${short(run.dt)} s${since}`;
 byId("footer").textContent = `Shown by phalanx ${report.version} while it runs; what is between two frames is only in the log.`;
 
 const follow = (following) => {

@@ -17,11 +17,15 @@ use tracing_subscriber::registry;
 use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::failure::Failure;
+use crate::terminal::{message_columns, wrapped};
 
 /// Environment variable with the filter, which participants inherit.
 pub const FILTER: &str = "PHALANX_LOG";
 /// The orchestrator's own file in the folder of `--log-dir`.
 const OWN_FILE: &str = "phalanx.log";
+
+/// Letters of a sequence that starts or ends a colour.
+const COLOUR_LETTERS: usize = 4;
 
 /// What was chosen, for the processes that are started.
 static CHOSEN: OnceLock<String> = OnceLock::new();
@@ -125,7 +129,10 @@ struct NamedLine {
 impl Write for NamedLine {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let name = if self.colour { "\u{1b}[1m[phalanx]\u{1b}[0m" } else { "[phalanx]" };
-        console::say(&[name.as_bytes(), b" ", bytes].concat());
+        let text = format!("{name} {}", String::from_utf8_lossy(bytes));
+        // Sequences for colours take no columns.
+        let room = message_columns().map(|columns| columns + text.matches('\u{1b}').count() * COLOUR_LETTERS);
+        console::say(format!("{}\n", wrapped(text.trim_end(), room)).as_bytes());
         Ok(bytes.len())
     }
 

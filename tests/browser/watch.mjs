@@ -36,6 +36,7 @@ try {
   };
   await page.goto(address);
   await until(page, () => document.querySelectorAll(".plot canvas").length > 0);
+  assert.ok(!(await page.locator("#facts").innerText()).includes("curves from"), "the curves do not begin with the run");
 
   // It grows by itself: the clock, the scene and a plot.
   const before = { time: await clock(page), scene: await pixels(page, ".scene canvas"), plot: await pixels(page, ".plot canvas") };
@@ -63,6 +64,11 @@ try {
   await page.locator(".live").click();
   await page.waitForTimeout(300);
   assert.ok((await clock(page)) > end, "the page does not return to the run");
+  await page.keyboard.press("Home");
+  assert.equal(await clock(page), 0, "Home does not go to the start");
+  await page.keyboard.press("End");
+  await page.waitForTimeout(300);
+  assert.equal(await page.locator(".live").getAttribute("aria-pressed"), "true", "End does not follow the run again");
 
   // The end is said, and everything stays.
   await until(page, () => document.documentElement.dataset.over !== undefined);

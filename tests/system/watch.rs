@@ -85,18 +85,70 @@ fn get(address: &str, path: &str, host: &str) -> String {
     answer
 }
 
+/// Starts to watch a run in a browser.
+fn start_page(folder: &Folder, run: &str) -> Child {
+    let mut watcher = folder.phalanx(&["watch", run, "--web"]);
+    watcher.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("the program starts")
+}
+
+/// Where its page is, once it says so.
+fn address_of(watcher: &mut Child) -> String {
+    let mut line = String::new();
+    BufReader::new(watcher.stdout.take().expect("stdout")).read_line(&mut line).expect("the address");
+    let address = line.trim().rsplit("http://").next().expect("an address").trim_end_matches('/').to_string();
+    assert!(address.starts_with("127.0.0.1:"), "{line}");
+    address
+}
+
+/// The data of the page, once there are any.
+fn data_at(address: &str) -> Value {
+    let mut page = String::new();
+    wait_until("the page has data", || {
+        page = get(address, "/", address);
+        page.contains("id=\"runs\">")
+    });
+    let data = page.split("id=\"runs\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("the data");
+    serde_json::from_str(data).expect("JSON")
+}
+
+#[test]
+fn a_page_that_is_opened_late_begins_with_the_run_or_says_why_not() {
+    for (name, log, no_past) in [
+        ("late", &["--out", "late.mcap"][..], Value::Null),
+        ("unrecorded", &["--no-log"][..], "the run is not recorded".into()),
+    ] {
+        let folder = Folder::new();
+        let file = scenario(&folder, name);
+        let arguments = ["run", &file, "--duration", "600", "--realtime", "-q"];
+        let mut run = folder.start(&[&arguments[..], log].concat());
+        let is_under_way = || {
+            let status = folder.run(&["ctl", "status", name]).stdout();
+            let steps = status.split(" of ").next().and_then(|text| text.rsplit(' ').next()?.parse::<u64>().ok());
+            steps.is_some_and(|steps| steps > 150)
+        };
+        wait_until("the run is under way", is_under_way);
+        let mut watcher = start_page(&folder, name);
+        let address = address_of(&mut watcher);
+        let data = data_at(&address);
+        assert_eq!(data["live"]["no_past"], no_past, "{name}");
+        // Base64 of a time of 0 as 32 bits.
+        let begins_with_zero = data["runs"][0]["time"].as_str().expect("times").starts_with("AAAAA");
+        assert_eq!(begins_with_zero, no_past.is_null(), "{name}");
+        assert_eq!(folder.run(&["ctl", "stop", name]).code(), 0);
+        run.wait().expect("the end of the run");
+        // The page would stay until a browser has shown its end.
+        get(&address, "/events", &address);
+        watcher.wait().expect("the end of the watcher");
+    }
+}
+
 #[test]
 fn the_page_grows_frame_by_frame_to_the_last_step() {
     let folder = Folder::new();
     let file = scenario(&folder, "paged");
-    let mut watcher = folder.phalanx(&["watch", "paged", "--web"]);
-    let mut watcher = watcher.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("the program starts");
+    let mut watcher = start_page(&folder, "paged");
     let run = start_run(&folder, &file, "paged.mcap");
-    let mut lines = BufReader::new(watcher.stdout.take().expect("stdout"));
-    let mut line = String::new();
-    lines.read_line(&mut line).expect("the address");
-    let address = line.trim().rsplit("http://").next().expect("an address").trim_end_matches('/').to_string();
-    assert!(address.starts_with("127.0.0.1:"), "{line}");
+    let address = address_of(&mut watcher);
 
     let events = std::thread::spawn({
         let address = address.clone();
@@ -104,13 +156,7 @@ fn the_page_grows_frame_by_frame_to_the_last_step() {
     });
     assert!(get(&address, "/", "elsewhere.example").starts_with("HTTP/1.1 403"));
     assert!(get(&address, "/other", &address).starts_with("HTTP/1.1 404"));
-    let mut page = String::new();
-    wait_until("the page has data", || {
-        page = get(&address, "/", &address);
-        page.contains("id=\"runs\">")
-    });
-    let data = page.split("id=\"runs\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("the data");
-    let data: Value = serde_json::from_str(data).expect("JSON");
+    let data = data_at(&address);
     assert_eq!(data["live"]["duration"], 3.0);
     // A frame has a number for every path and curve of the page.
     let agents = data["runs"][0]["scene"]["agents"].as_array().expect("agents");

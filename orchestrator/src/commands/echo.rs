@@ -1,13 +1,14 @@
 //! `phalanx echo`.
 
-use std::io::{ErrorKind, stdout};
+use std::io::{ErrorKind, IsTerminal, stdout};
 use std::path::PathBuf;
 
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::show::export::{Table, write_rows};
+use crate::show::export::{Table, write_aligned, write_rows};
 use crate::show::view::{signals, topics};
+use crate::terminal::columns;
 use recording::Log;
 
 #[derive(Debug, Args)]
@@ -15,7 +16,11 @@ use recording::Log;
 Examples:
   phalanx echo run.mcap agent_1/state
   phalanx echo run.mcap agent_1/state position --at 12.5
-  phalanx echo run.mcap agent_2/command input --every 100 | column -t")]
+  phalanx echo run.mcap agent_2/command input --every 100
+  phalanx echo run.mcap agent_2/command input > input.tsv
+
+In a terminal, columns are aligned and numbers have six digits, or four if six do not fit. In a pipe or a file, columns are
+separated by tabs and numbers are exact.")]
 pub(crate) struct EchoArgs {
     /// A log that `phalanx run` recorded
     pub(crate) log: PathBuf,
@@ -29,6 +34,9 @@ pub(crate) struct EchoArgs {
     /// Only every K-th step
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) every: u64,
+    /// Print numbers exactly and columns separated by tabs in a terminal, too
+    #[arg(long)]
+    pub(crate) exact: bool,
 }
 
 pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
@@ -49,11 +57,16 @@ pub(crate) fn echo(args: &EchoArgs) -> Result<(), Failure> {
         Some(time) => vec![sample_at(&log, time)?],
         None => (0..count).step_by(args.every as usize).collect(),
     };
-    match write_rows(stdout().lock(), b'\t', &log, &table, rows) {
+    let out = stdout().lock();
+    let written = match args.exact || !out.is_terminal() {
+        true => write_rows(out, b'\t', &log, &table, rows).map(drop),
+        false => write_aligned(out, columns(), &log, &table, rows),
+    };
+    match written {
         // The reader has closed the pipe, as `head` does.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         Err(error) => Err(Failure::system("write to the terminal")(error)),
-        Ok(_) => Ok(()),
+        Ok(()) => Ok(()),
     }
 }
 

@@ -12,7 +12,7 @@ use super::arguments::ScenarioArgs;
 use super::select::assemble;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::terminal::counted;
+use crate::terminal::{columns, counted, wrapped};
 
 /// How a graph is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -44,12 +44,12 @@ pub(crate) fn graph(catalog: &Catalog, args: &GraphArgs) -> Result<(), Failure> 
     let phases = assembly.network.phases().map_err(|error| Failure::Usage(error.to_string()))?;
     let edges = Edges::of(&assembly.network);
     let text = match if args.json { GraphFormat::Json } else { args.format } {
-        GraphFormat::Text => as_text(&assembly, &phases, &edges),
+        GraphFormat::Text => wrapped(&as_text(&assembly, &phases, &edges), columns()),
         GraphFormat::Mermaid => as_mermaid(&assembly.network, &phases, &edges),
         GraphFormat::Dot => as_dot(&assembly.network, &phases, &edges),
         GraphFormat::Json => as_json(&assembly.network, &phases),
     };
-    print!("{text}");
+    println!("{}", text.trim_end());
     Ok(())
 }
 

@@ -21,6 +21,8 @@ pub(super) fn choose(name: Option<&str>) -> Result<String, Failure> {
 
 /// That there is no run of this name, and which there are.
 pub(super) fn no_such_run(name: &str, runs: &[String]) -> String {
-    let names = if runs.is_empty() { "none".to_string() } else { runs.join(", ") };
-    format!("no run is called `{name}`; active: {names}")
+    match runs {
+        [] => format!("no run is called `{name}`, and no run is active; `phalanx run SCENARIO` starts one"),
+        runs => format!("no run is called `{name}`; active runs: {}", runs.join(", ")),
+    }
 }

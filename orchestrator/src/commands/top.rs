@@ -9,7 +9,8 @@ use super::arguments::{RunName, wait_time};
 use super::select_run::choose;
 use crate::failure::Failure;
 use crate::run::control::{Request, Status, Unanswered, ask};
-use crate::run::profile::{Usage, usage_table};
+use crate::run::profile::{LEGEND, Usage, usage_table};
+use crate::terminal::{columns, wrapped};
 
 #[derive(Debug, Args)]
 pub(crate) struct TopArgs {
@@ -38,7 +39,7 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
             Err(error) => return Err(error.into()),
         };
         draw!("{clear}");
-        println!("{}", table(&before, &now));
+        println!("{}", table(&before, &now, columns()));
         if args.once {
             return Ok(());
         }
@@ -46,8 +47,8 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     }
 }
 
-/// What happened between two looks.
-fn table(before: &Status, now: &Status) -> String {
+/// What happened between two looks, in so many columns.
+fn table(before: &Status, now: &Status, columns: Option<usize>) -> String {
     let (steps, wall) = (now.steps.saturating_sub(before.steps) as f64, (now.wall_s - before.wall_s).max(1e-9));
     let rows = before.workers.iter().zip(&now.workers).map(|(old, new)| {
         let gains = [new.compute_s - old.compute_s, new.waking_s - old.waking_s, new.waiting_s - old.waiting_s];
@@ -57,12 +58,7 @@ fn table(before: &Status, now: &Status) -> String {
             last: new.last.saturating_sub(old.last) as f64 / new.runs.saturating_sub(old.runs).max(1) as f64,
         }
     });
-    format!(
-        "{}\n{:.0} steps/s, {:.2} x real time; waits for: {}\n\n{}",
-        now.sentence(),
-        steps / wall,
-        (now.time - before.time) / wall,
-        now.awaited.join(", "),
-        usage_table(rows)
-    )
+    let speed = format!("{:.0} steps/s, {:.2} x real time", steps / wall, (now.time - before.time) / wall);
+    let head = format!("{}\n{speed}; waits for: {}", now.sentence(), now.awaited.join(", "));
+    format!("{}\n\n{}\n{}", wrapped(&head, columns), usage_table(rows), wrapped(LEGEND, columns))
 }

@@ -17,7 +17,7 @@ use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::run::control::{Request, State, Status, ask};
 use crate::show::report;
-use crate::show::watch::{LiveStatus, RunMonitor, Screen, Web};
+use crate::show::watch::{LiveStatus, NoPast, RunMonitor, Screen, Web};
 use crate::terminal::program;
 
 /// Time between two frames: 30 a second.
@@ -65,9 +65,12 @@ pub(crate) fn watch(catalog: &Catalog, args: &WatchArgs) -> Result<(), Failure> 
              --placement processes or agents, or make a report of its log"
         )));
     }
-    let monitor = if single { None } else { Some(RunMonitor::join(catalog, &run)?) };
+    let monitor = if single { None } else { Some(RunMonitor::join(catalog, &run, status.log.as_deref())?) };
     let web = match &monitor {
-        Some(monitor) if args.web => Some(Web::start(args.port, monitor.history(), monitor.duration)?),
+        Some(monitor) if args.web => {
+            let no_past = monitor.no_past.as_ref().map(NoPast::to_string);
+            Some(Web::start(args.port, monitor.history(), monitor.duration, no_past)?)
+        }
         _ => None,
     };
     if let Some(web) = &web {
@@ -126,7 +129,10 @@ impl View {
     /// Shows the run until it is over; whether it is.
     fn follow(&mut self, leave: &AtomicBool) -> bool {
         let page = self.web.as_ref().map(|web| format!("{}   ", web.url())).unwrap_or_default();
-        let mut screen = Screen::new(&format!("{page}Ctrl-C leaves; the run goes on."));
+        let mut screen = Screen::new(&format!("{page}Ctrl-C leaves; the run continues."));
+        if let Some(errors) = self.monitor.as_ref().and_then(RunMonitor::past_errors) {
+            screen.note(&errors);
+        }
         let mut question = Instant::now() + QUESTION;
         while !leave.load(SeqCst) {
             let start = Instant::now();
@@ -160,7 +166,9 @@ impl View {
         if !monitor.look() {
             return;
         }
-        screen.note(monitor);
+        if let Some(errors) = monitor.errors() {
+            screen.note(&errors);
+        }
         if let (Some(web), Some(now)) = (&self.web, monitor.now())
             && web.is_watched()
         {
@@ -186,7 +194,7 @@ impl View {
         let Status { dt, of, .. } = self.status;
         let seen = self.monitor.as_ref().and_then(RunMonitor::newest);
         let text = match (over, seen) {
-            (false, _) => format!("Left; the run {} goes on.", self.run),
+            (false, _) => format!("Left; the run {} continues.", self.run),
             (_, Some(step)) if step + 1 == of => format!("The run {} is over: all {of} steps are done.", self.run),
             (_, Some(step)) => {
                 let time = step as f64 * dt;

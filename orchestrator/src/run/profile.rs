@@ -9,11 +9,16 @@ use lockstep::Plan;
 use processes::{Snapshot, Statistics};
 
 use crate::files::OutFile;
-use crate::terminal::columns;
 use crate::terminal::table::{Left, Right, Table};
+use crate::terminal::{columns, wrapped};
 
 /// Last runs of every process that go into a trace.
 pub const TRACED_RUNS: u32 = 2000;
+
+/// What the columns of the table mean.
+pub(crate) const LEGEND: &str = "compute: from the start of a process to its arrival; wake-up: from the opening of its barrier to its \
+    start; waiting: until the others have arrived; last: share of steps in which the others waited for it. Times of processes that \
+    share a core include each other's.";
 
 /// Where the time of one process went.
 pub(crate) struct Usage {
@@ -53,10 +58,7 @@ pub fn table(snapshot: &Snapshot, wall: f64) -> String {
         wall / steps * 1e6,
         phases.join(" + ")
     );
-    text.push_str(
-        "compute: from its start to its arrival; wake-up: from the opening of its gate to its start; last: how often the\n\
-         others waited for it. Times of processes that share a core include each other's.\n",
-    );
+    let _ = writeln!(text, "{}", wrapped(LEGEND, columns()));
     text
 }
 

@@ -83,7 +83,9 @@ impl<'a> Session<'a> {
         let stop = RunControl::new();
         on_start(stop.clone());
         let mut server = None;
-        let reached = |directory: &RunDirectory, processes| server = serve(assembly, directory, processes, &stop);
+        let reached = |directory: &RunDirectory, processes| {
+            server = serve(assembly, options, directory, processes, &stop);
+        };
         let mut engine = Engine::start(assembly, options, affinity, &stop, reached).map_err(|end| ended(end, &stop))?;
         connect(&mut engine, &mut observers, &log).map_err(|error| ended(error.into(), &stop))?;
         engine.settle()?;
@@ -284,7 +286,13 @@ fn ended(failure: Failure, stop: &RunControl) -> Failure {
 }
 
 /// Answers `phalanx ctl` and `phalanx top`, from the start on; a run that cannot be controlled is better than none.
-fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: &RunControl) -> Option<Server> {
+fn serve(
+    assembly: &Assembly,
+    options: &Options,
+    directory: &RunDirectory,
+    processes: usize,
+    stop: &RunControl,
+) -> Option<Server> {
     let timing = assembly.scenario.context.timing;
     let about = About {
         run: directory.name().into(),
@@ -293,6 +301,7 @@ fn serve(assembly: &Assembly, directory: &RunDirectory, processes: usize, stop: 
         dt: timing.dt,
         periods: timing.periods(),
         processes,
+        log: options.log.as_ref().and_then(|log| std::path::absolute(log).ok()),
         participants: assembly.network.nodes.iter().map(|node| node.name.clone()).collect(),
     };
     Server::start(directory.path(), about, stop.clone()).ok()

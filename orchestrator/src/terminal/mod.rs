@@ -47,6 +47,11 @@ pub(crate) fn columns() -> Option<usize> {
     size_of(std::io::stdout()).map(|(columns, _)| columns)
 }
 
+/// The same for stderr, where messages go.
+pub(crate) fn message_columns() -> Option<usize> {
+    size_of(std::io::stderr()).map(|(columns, _)| columns)
+}
+
 /// Whether a terminal is this process's to use: that of the foreground job, or one that has no jobs.
 pub(crate) fn is_ours(terminal: impl AsFd) -> bool {
     match tcgetpgrp(terminal) {
@@ -65,24 +70,35 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// Text in lines that are not longer than `columns`, as far as its words are not; what goes on is indented. Its own lines stay.
+/// Text in lines that are not longer than `columns`, as far as its words are not; what continues is indented, more than its line. Its
+/// own lines stay, and so does a command in backticks, which one can copy then.
 pub(crate) fn wrapped(text: &str, columns: Option<usize>) -> String {
     const INDENT: &str = "  ";
     let Some(columns) = columns else { return text.to_string() };
     let mut lines: Vec<String> = Vec::new();
     for line in text.lines() {
+        let own = &line[..line.len() - line.trim_start().len()];
         let mut current = String::new();
-        for word in line.split_inclusive(' ') {
+        for word in words(line) {
             let length = current.chars().count() + word.trim_end().chars().count();
             if length > columns && !current.trim().is_empty() {
                 lines.push(current.trim_end().to_string());
-                current = INDENT.into();
+                current = format!("{own}{INDENT}");
             }
             current.push_str(word);
         }
         lines.push(current);
     }
     lines.join("\n")
+}
+
+/// The words of a line, each with the spaces behind it; what stands in backticks is one word.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    line.split_inclusive(move |letter: char| {
+        quoted ^= letter == '`';
+        letter == ' ' && !quoted
+    })
 }
 
 /// A number of things: `1 process`, `3 processes`.
@@ -110,6 +126,8 @@ mod tests {
         assert_eq!(wrapped("one two three\nfour", Some(8)), "one two\n  three\nfour");
         assert_eq!(wrapped("incomprehensibilities are long", Some(8)), "incomprehensibilities\n  are\n  long");
         assert_eq!(wrapped("one two three", None), "one two three");
+        assert_eq!(wrapped("  one two three", Some(9)), "  one two\n    three");
+        assert_eq!(wrapped("see `a command` there", Some(8)), "see\n  `a command`\n  there");
     }
 
     #[test]

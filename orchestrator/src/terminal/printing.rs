@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use processes::console;
 
+use super::{message_columns, wrapped};
+
 /// 128 and the number of SIGPIPE, as a shell reports it of a program that does not ignore that signal.
 const READER_GONE: i32 = 141;
 
@@ -63,9 +65,11 @@ pub(crate) fn finish() -> Option<&'static io::Error> {
     UNWRITTEN.get()
 }
 
-/// Prints a message on stderr. If stderr is closed, the message is lost and the program continues.
+/// Prints a message on stderr, in lines that fit if that is a terminal. If stderr is closed, the message is lost and the program
+/// continues.
 pub(crate) fn complain(text: Arguments) {
-    console::say(format!("{}\n", readable(&text.to_string())).as_bytes());
+    let text = text.to_string();
+    console::say(format!("{}\n", wrapped(&readable(&text), message_columns())).as_bytes());
 }
 
 /// Waits until all messages stand on stderr, unless nothing reads them.

@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::terminal::counted;
+
 /// Between the words of a swap and the folder that its file names are relative to.
 const FOLDER_MARK: char = '\t';
 
@@ -123,6 +125,9 @@ pub(crate) struct Status {
     pub(crate) time: f64,
     /// Time since the run was started, s.
     pub(crate) wall_s: f64,
+    /// Where its log will be; `None` if it is not recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) log: Option<PathBuf>,
     /// Workers that the others wait for.
     pub(crate) awaited: Vec<String>,
     /// The processes of the participants.
@@ -162,7 +167,8 @@ impl Status {
         let Self { run, steps, of, time, processes, pid, .. } = self;
         let title = format!("{} {}", self.scenario, self.variant);
         let title = title.trim();
-        format!("{run} ({title}) {word}: {steps} of {of} steps done, t = {time:.3} s, {processes} processes, pid {pid}")
+        let processes = counted(*processes as usize, "process");
+        format!("{run} ({title}) {word}: {steps} of {of} steps done, t = {time:.3} s, {processes}, pid {pid}")
     }
 }
 

@@ -49,6 +49,8 @@ pub(crate) struct About {
     pub(crate) dt: f64,
     pub(crate) periods: u64,
     pub(crate) processes: usize,
+    /// Where its log will be, from the root; `None` if it is not recorded.
+    pub(crate) log: Option<PathBuf>,
     /// Names of the participants.
     pub(crate) participants: Vec<String>,
 }
@@ -310,7 +312,7 @@ impl RequestHandler {
     }
 
     fn status(&self) -> Status {
-        let About { run, scenario, variant, dt, periods, processes, .. } = self.about.clone();
+        let About { run, scenario, variant, dt, periods, processes, log, .. } = self.about.clone();
         let steps = self.stop.steps_done();
         let (awaited, workers) = self
             .shared
@@ -340,6 +342,7 @@ impl RequestHandler {
             dt,
             time: steps as f64 * dt,
             wall_s: self.start.elapsed().as_secs_f64(),
+            log,
             awaited,
             workers: workers.collect(),
             swapped_at: None,

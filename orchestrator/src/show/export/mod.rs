@@ -1,5 +1,6 @@
 //! The signals of a log for other programs: tables, Parquet, NumPy archives, MATLAB files.
 
+mod aligned;
 mod csv;
 mod mat;
 mod npz;
@@ -7,6 +8,7 @@ mod parquet;
 mod table;
 mod thrift;
 
+pub(crate) use aligned::write_aligned;
 use clap::ValueEnum;
 use csv::names;
 pub(crate) use csv::{write_csv, write_rows};

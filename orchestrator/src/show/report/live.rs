@@ -6,10 +6,11 @@ use super::data::packed;
 use super::{LIVE, POINTS, PROGRAM, data, page};
 use crate::show::view::{Grid, LoggedRun, links, panels};
 
-/// The page of a run of `duration` seconds, with what has been seen of it so far; it asks its server for the rest.
-pub(crate) fn live(run: &LoggedRun, duration: f64) -> String {
+/// The page of a run of `duration` seconds, with what has been seen of it so far; it asks its server for the rest. `no_past` says why
+/// nothing is known of the time before, if so.
+pub(crate) fn live(run: &LoggedRun, duration: f64, no_past: Option<&str>) -> String {
     let mut data = data::runs_json(std::slice::from_ref(run), POINTS);
-    data["live"] = json!({ "duration": duration });
+    data["live"] = json!({ "duration": duration, "no_past": no_past });
     let title = run.scenario.as_ref().map(|scenario| scenario.name.clone()).unwrap_or_default();
     page(&title, PROGRAM.concat() + LIVE, &data)
 }

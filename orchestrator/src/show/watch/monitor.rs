@@ -1,6 +1,7 @@
 //! Samples of a run that is going on.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use formation::config::{TextError, read_text};
@@ -9,6 +10,7 @@ use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{ChannelId, Period};
 use processes::{Monitor, MonitorError, RunDirectory};
 
+use super::past::{KeptSteps, NoPast, read_past};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::show::view::{Grid, LoggedRun, panels};
@@ -35,16 +37,17 @@ pub(crate) struct RunMonitor {
     /// That step alone.
     now: LoggedRun,
     history: History,
-    /// Steps that the history may hold.
-    limit: usize,
+    kept_steps: KeptSteps,
+    /// Why the history begins when this joined; `None` if it begins with the run.
+    pub(crate) no_past: Option<NoPast>,
 }
 
 impl RunMonitor {
-    /// Joins a run whose participants are processes.
+    /// Joins a run whose participants are processes, and reads what it did before from its log.
     ///
     /// # Errors
     /// [`Failure`] if it is over or has no channels that can be looked at from outside.
-    pub(crate) fn join(catalog: &Catalog, run: &str) -> Result<Self, Failure> {
+    pub(crate) fn join(catalog: &Catalog, run: &str, log: Option<&Path>) -> Result<Self, Failure> {
         let path = RunDirectory::path_of(run).join(SCENARIO_FILE);
         let text = read_text(&path).map_err(|error| match error {
             TextError::System(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -66,14 +69,18 @@ impl RunMonitor {
             )),
         })?;
         let timing = scenario.context.timing;
+        let mut kept_steps = KeptSteps::of((MOST_NUMBERS / empty.width().max(1)).clamp(LEAST_STEPS, MOST_STEPS));
+        let mut history = LoggedRun::growing(empty.clone(), scenario.clone());
+        let past = read_past(log, monitor.network(), &mut kept_steps, &mut history.log);
         Ok(Self {
             monitor,
             duration: timing.duration,
             period: timing.period(),
-            newest: None,
-            limit: (MOST_NUMBERS / empty.width().max(1)).clamp(LEAST_STEPS, MOST_STEPS),
-            now: LoggedRun::growing(empty.clone(), scenario.clone()),
-            history: Arc::new(Mutex::new(LoggedRun::growing(empty, scenario))),
+            newest: kept_steps.last(),
+            kept_steps,
+            now: LoggedRun::growing(empty, scenario),
+            history: Arc::new(Mutex::new(history)),
+            no_past: past.err(),
         })
     }
 
@@ -92,11 +99,7 @@ impl RunMonitor {
         let samples = || (0..monitor.network().channels.len()).map(move |channel| monitor.sample(ChannelId(channel)));
         self.now.log.clear();
         self.now.log.push(self.period.time_ns(step), samples());
-        let mut history = lock(&self.history);
-        if history.samples() >= self.limit {
-            history.log.thin();
-        }
-        history.log.push(self.period.time_ns(step), samples());
+        self.kept_steps.take(&mut lock(&self.history).log, step, self.period.time_ns(step), samples());
         true
     }
 
@@ -107,7 +110,7 @@ impl RunMonitor {
 
     /// The step that was seen last, with nothing before it; `None` if none was.
     pub(crate) fn now(&self) -> Option<&LoggedRun> {
-        self.newest.map(|_| &self.now)
+        (self.now.samples() > 0).then_some(&self.now)
     }
 
     /// All samples that are kept.
@@ -115,13 +118,38 @@ impl RunMonitor {
         self.history.clone()
     }
 
-    /// The tracking error of each agent now, and its unit; none if the scenario has no such thing.
-    pub(crate) fn errors(&self) -> (Vec<f64>, String) {
-        let first = self.now().and_then(|now| panels(now, &Grid::new(1, 2)).into_iter().next());
-        let view = first.filter(|panel| panel.id == "tracking-errors").and_then(|panel| panel.views.into_iter().next());
-        view.map_or_else(Default::default, |view| {
-            (view.curves.iter().filter_map(|curve| curve.values.first().copied()).collect(), view.unit)
-        })
+    /// The tracking error of each agent now; none if the scenario has no such thing.
+    pub(crate) fn errors(&self) -> Option<Errors> {
+        self.now().and_then(Errors::of)
+    }
+
+    /// The same of all samples that are kept.
+    pub(crate) fn past_errors(&self) -> Option<Errors> {
+        Errors::of(&lock(&self.history))
+    }
+}
+
+/// Tracking errors over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Errors {
+    /// Times, s.
+    pub(crate) times: Vec<f64>,
+    /// For each agent one value per time.
+    pub(crate) values: Vec<Vec<f64>>,
+    /// Their unit.
+    pub(crate) unit: String,
+}
+
+impl Errors {
+    fn of(run: &LoggedRun) -> Option<Self> {
+        let samples = run.samples();
+        if samples == 0 {
+            return None;
+        }
+        let first = panels(run, &Grid::new(samples, samples + 1)).into_iter().next()?;
+        let view = (first.id == "tracking-errors").then_some(first)?.views.into_iter().next()?;
+        let values = view.curves.into_iter().map(|curve| curve.values).collect();
+        Some(Self { times: (0..samples).map(|sample| run.time(sample)).collect(), values, unit: view.unit })
     }
 }
 

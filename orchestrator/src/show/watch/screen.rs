@@ -3,23 +3,22 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use super::sparkline::{range, sparkline};
-use super::{LiveStatus, RunMonitor};
-use crate::terminal::{plain, size_of};
+use super::curves::Curves;
+use super::sparkline::range;
+use super::{Errors, LiveStatus};
+use crate::terminal::{counted, plain, size_of};
 
 /// Time between two screens, and between two plain lines.
 const SCREEN_EVERY: Duration = Duration::from_millis(250);
 const LINE_EVERY: Duration = Duration::from_secs(2);
-/// Errors that are kept for each agent.
-const MOST_ERRORS: usize = 4000;
+/// Share of a run that is hardly seen: curves that begin earlier begin with the run.
+const HARDLY: f64 = 0.01;
 
 /// Shows a run on stdout.
 pub(crate) struct Screen {
     terminal: Option<Terminal>,
     next: Instant,
-    /// By agent.
-    errors: Vec<Vec<f64>>,
-    unit: String,
+    curves: Curves,
     /// The last line.
     footer: String,
 }
@@ -35,20 +34,12 @@ impl Screen {
     pub(crate) fn new(footer: &str) -> Self {
         let dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
         let terminal = (std::io::stdout().is_terminal() && !dumb).then(Terminal::take);
-        Self { terminal, next: Instant::now(), errors: Vec::new(), unit: String::new(), footer: footer.into() }
+        Self { terminal, next: Instant::now(), curves: Curves::default(), footer: footer.into() }
     }
 
-    /// Keeps the tracking errors of the newest sample.
-    pub(crate) fn note(&mut self, monitor: &RunMonitor) {
-        let (errors, unit) = monitor.errors();
-        self.errors.resize(errors.len(), Vec::new());
-        self.unit = unit;
-        for (list, error) in self.errors.iter_mut().zip(errors) {
-            if list.len() >= MOST_ERRORS {
-                *list = list.chunks(2).map(|pair| pair.iter().copied().fold(f64::NAN, f64::max)).collect();
-            }
-            list.push(error);
-        }
+    /// Keeps tracking errors.
+    pub(crate) fn note(&mut self, errors: &Errors) {
+        self.curves.extend(errors);
     }
 
     /// Whether it is time for the next picture.
@@ -74,9 +65,9 @@ impl Screen {
 
     fn line(&self, status: &LiveStatus) -> String {
         let mut line = status.sentence();
-        let now = self.errors.iter().filter_map(|list| list.last()).copied().enumerate();
+        let now = self.curves.values().filter_map(|list| list.last()).copied().enumerate();
         if let Some((agent, error)) = now.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            line.push_str(&format!(", largest error {error:.1e} {} (agent {})", self.unit, agent + 1));
+            line.push_str(&format!(", largest error {error:.1e} {} (agent {})", self.curves.unit(), agent + 1));
         }
         let waiting = status.waiting();
         if waiting.is_empty() { line } else { format!("{line}; {waiting}") }
@@ -84,31 +75,29 @@ impl Screen {
 
     /// The screen as lines that fit.
     fn lines(&self, status: &LiveStatus, terminal: &Terminal, width: usize, height: usize) -> Vec<String> {
-        let processes =
-            if status.processes == 1 { "1 process".into() } else { format!("{} processes", status.processes) };
+        let processes = counted(status.processes as usize, "process");
         let mut lines = vec![
             terminal.strong(&cut(&plain(&format!("{}: run {}, {processes}", status.title, status.run)), width)),
-            terminal.bar(status.share(), width.min(72)),
+            terminal.bar(status.share(), width),
             cut(&plain(&status.sentence()), width),
             cut(&plain(&status.waiting()), width),
         ];
         let room = height.saturating_sub(lines.len() + 4);
-        if !self.errors.is_empty() && room > 0 {
-            let limits = range(self.errors.iter().map(Vec::as_slice));
-            let scale = format!("{:.0e} to {:.0e} {}", limits[0], limits[1], self.unit);
+        if self.curves.agents() > 0 && room > 0 {
+            let limits = range(self.curves.values());
             lines.push(String::new());
-            lines.push(terminal.faint(&cut(&format!("agent    error  since the start, logarithmic, {scale}"), width)));
+            lines.push(terminal.faint(&cut(&self.heading(status, limits), width)));
             // Of more agents than there are lines, those that are worst.
-            let mut agents: Vec<usize> = (0..self.errors.len()).collect();
-            let now = |agent: usize| self.errors[agent].last().copied().unwrap_or(0.0);
+            let latest: Vec<f64> = self.curves.values().map(|list| list.last().copied().unwrap_or(0.0)).collect();
+            let mut agents: Vec<usize> = (0..latest.len()).collect();
             if agents.len() > room {
-                agents.sort_by(|a, b| now(*b).total_cmp(&now(*a)));
+                agents.sort_by(|a, b| latest[*b].total_cmp(&latest[*a]));
                 agents.truncate(room);
                 agents.sort_unstable();
             }
             for agent in agents {
-                let line = sparkline(&self.errors[agent], width.saturating_sub(17).min(60), limits, terminal.blocks);
-                let head = cut(&format!("{:>5}  {:>7.1e}  ", agent + 1, now(agent)), width);
+                let line = self.curves.line(agent, width.saturating_sub(17), limits, terminal.blocks);
+                let head = cut(&format!("{:>5}  {:>7.1e}  ", agent + 1, latest[agent]), width);
                 lines.push(format!("{head}{}", terminal.accent(&line)));
             }
         }
@@ -118,6 +107,20 @@ impl Screen {
         }
         lines.truncate(height);
         lines
+    }
+}
+
+impl Screen {
+    /// What the curves show: from when on, and on which scale.
+    fn heading(&self, status: &LiveStatus, limits: [f64; 2]) -> String {
+        let start = self.curves.start();
+        let since = if start <= HARDLY * status.duration {
+            "since the start of the run".into()
+        } else {
+            format!("since t = {start:.2} s, when `watch` began")
+        };
+        let scale = format!("{:.0e} to {:.0e} {}", limits[0], limits[1], self.curves.unit());
+        format!("agent    error  {since}, logarithmic, {scale}")
     }
 }
 
@@ -170,8 +173,10 @@ mod tests {
     use super::*;
 
     fn screen(agents: usize) -> Screen {
-        let errors = (1..=agents).map(|agent| vec![1.0, 0.1 * agent as f64]).collect();
-        Screen { terminal: None, next: Instant::now(), errors, unit: "m".into(), footer: "Ctrl-C leaves".into() }
+        let values = (1..=agents).map(|agent| vec![1.0, 0.1 * agent as f64]).collect();
+        let mut curves = Curves::default();
+        curves.extend(&Errors { times: vec![0.0, 5.0], values, unit: "m".into() });
+        Screen { terminal: None, next: Instant::now(), curves, footer: "Ctrl-C leaves".into() }
     }
 
     fn status() -> LiveStatus {
@@ -196,11 +201,14 @@ mod tests {
             assert!(lines.iter().all(|line| line.chars().count() <= width.max(17)), "{width}: {lines:#?}");
         }
         let lines = screen(6).lines(&status(), &terminal, 80, 24).join("\n");
+        let slowest = "slowest participants: controller_3 (last in 50 % of its steps)";
         for word in
-            ["uav TSC: run uav", "####", "last to be done: controller_3 50 %", "    6   6.0e-1", "Ctrl-C leaves"]
+            ["uav TSC: run uav", "####", slowest, "since the start of the run", "    6   6.0e-1", "Ctrl-C leaves"]
         {
             assert!(lines.contains(word), "{word}: {lines}");
         }
+        let wide = screen(1).lines(&status(), &terminal, 200, 24);
+        assert!(wide.iter().any(|line| line.len() == 200), "{wide:#?}");
     }
 
     #[test]

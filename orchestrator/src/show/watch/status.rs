@@ -78,14 +78,16 @@ impl LiveStatus {
         format!("{far}, {:.0} steps/s, {:.1} x real time{left}", self.rate, self.speed)
     }
 
-    /// The processes that the others wait for, in one line; empty if no process waits.
+    /// The processes that finish last and make the others wait, in one line; empty if there are none.
     pub(crate) fn waiting(&self) -> String {
         if self.paused {
             return "no process computes: the run is paused".into();
         }
-        let shares = self.last.iter().take(4).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
-        let shares: Vec<String> = shares.collect();
-        if shares.is_empty() { String::new() } else { format!("last to be done: {}", shares.join(", ")) }
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let mut slowest = self.last.iter().take(4);
+        let Some((name, share)) = slowest.next() else { return String::new() };
+        let first = format!("slowest participants: {name} (last in {} of its steps)", percent(*share));
+        slowest.fold(first, |text, (name, share)| format!("{text}, {name} ({})", percent(*share)))
     }
 }
 
@@ -114,7 +116,7 @@ mod tests {
         assert_eq!((status.rate, status.speed, status.duration), (2000.0, 20.0, 80.0));
         assert_eq!(status.last, [("b".to_string(), 0.95), ("a".to_string(), 0.05)]);
         assert_eq!(status.sentence(), "t = 30.00 of 80 s (37 %), 2000 steps/s, 20.0 x real time, 3 s left");
-        assert_eq!(status.waiting(), "last to be done: b 95 %, a 5 %");
+        assert_eq!(status.waiting(), "slowest participants: b (last in 95 % of its steps), a (5 %)");
         assert_eq!(status.title, "uav TSC");
     }
 }

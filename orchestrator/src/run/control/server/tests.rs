@@ -24,6 +24,7 @@ impl Bench {
             dt: 0.01,
             periods: 100,
             processes: 2,
+            log: None,
             participants: vec!["plant".into()],
         };
         let stop = RunControl::new();

@@ -45,6 +45,8 @@ pub(crate) struct Web {
 struct SharedState {
     history: History,
     duration: f64,
+    /// Why the page begins when the run was joined; `None` if it begins with the run.
+    no_past: Option<String>,
     /// The values of `Host` that name this server.
     hosts: [String; 2],
     outbox: Mutex<Outbox>,
@@ -67,11 +69,17 @@ struct Outbox {
 }
 
 impl Web {
-    /// Listens on this machine alone: on `port`, or on the usual one if that is free, else on any.
+    /// Listens on this machine alone: on `port`, or on the usual one if that is free, else on any. `no_past` says why the page
+    /// does not begin with the run, if so.
     ///
     /// # Errors
     /// [`Failure::System`] if the port is taken.
-    pub(crate) fn start(port: Option<u16>, history: History, duration: f64) -> Result<Self, Failure> {
+    pub(crate) fn start(
+        port: Option<u16>,
+        history: History,
+        duration: f64,
+        no_past: Option<String>,
+    ) -> Result<Self, Failure> {
         let listen = |port: u16| TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         let listener = match port {
             Some(port) => listen(port).map_err(Failure::system(format!("listen on port {port} of 127.0.0.1"))),
@@ -83,6 +91,7 @@ impl Web {
         let shared = Arc::new(SharedState {
             history,
             duration,
+            no_past,
             hosts: [address.to_string(), format!("localhost:{}", address.port())],
             outbox: Mutex::default(),
             wakeup: wakeup.map_err(|error| failed()(error.into()))?,
@@ -150,6 +159,10 @@ impl SharedState {
 
     fn page(&self) -> String {
         let history = lock(&self.history);
-        if history.samples() == 0 { WAITING.into() } else { report::live(&history, self.duration) }
+        if history.samples() == 0 {
+            WAITING.into()
+        } else {
+            report::live(&history, self.duration, self.no_past.as_deref())
+        }
     }
 }
