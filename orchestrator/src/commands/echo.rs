@@ -19,8 +19,8 @@ Examples:
   phalanx echo run.mcap agent_2/command input --every 100
   phalanx echo run.mcap agent_2/command input > input.tsv
 
-In a terminal, columns are aligned and numbers have six digits, or four if six do not fit. In a pipe or a file, columns are
-separated by tabs and numbers are exact.")]
+In a terminal, columns are aligned and numbers have six digits, or four where six do not fit.
+In a pipe or a file, columns are separated by tabs and numbers are exact.")]
 pub(crate) struct EchoArgs {
     /// A log that `phalanx run` recorded
     pub(crate) log: PathBuf,

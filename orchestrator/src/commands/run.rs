@@ -112,7 +112,7 @@ pub(crate) struct RunArgs {
     /// Print one JSON object as the last line of stdout, and no table
     #[arg(long)]
     pub(crate) json: bool,
-    /// Show no progress; twice: no warnings either
+    /// Print the result only: no progress, no advice; twice: no warnings either
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub(crate) quiet: u8,
     /// Write what every process prints into a file of its own in this folder, and the program's own messages to phalanx.log
@@ -175,7 +175,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     if args.json {
         println!("{}", to_json(&assembly, &outcome, verdict.as_ref(), &players));
     } else {
-        show(&outcome, verdict.as_ref(), &players);
+        show(&outcome, verdict.as_ref(), &players, args.quiet > 0);
         if args.profile.is_some() {
             show_profile(&outcome, options.trace.as_deref());
         }
@@ -331,7 +331,8 @@ fn end_the_process(stop: &RunControl) {
     std::process::exit(Failure::Interrupted.exit_code().into());
 }
 
-fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
+/// Prints the result, and unless `is_quiet`, what can be done with it.
+fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player], is_quiet: bool) {
     if let Some(verdict) = verdict.filter(|verdict| !verdict.rows.is_empty()) {
         println!("{}", verdict.table(columns()));
         print!("{}", verdict.summary(columns()));
@@ -383,6 +384,8 @@ fn show(outcome: &Outcome, verdict: Option<&Verdict>, players: &[Player]) {
             log.messages,
             &log.sha256[..16]
         ));
+    }
+    if let Some(log) = outcome.log.as_ref().filter(|_| !is_quiet) {
         // Commands are not broken, so that one can copy them.
         let word = quoted(&log.path.display().to_string());
         let program = program();
