@@ -42,7 +42,7 @@ pub(crate) struct NewArgs {
     /// Variant of the scenario
     #[arg(long)]
     pub(crate) variant: Option<String>,
-    /// Checkout of the source of Phalanx [default: the one that this program was built from]
+    /// Checkout or installation of Phalanx [default: what is installed with this program, else the checkout that it was built from]
     #[arg(long, value_name = "FOLDER")]
     pub(crate) phalanx: Option<PathBuf>,
 }
@@ -70,13 +70,10 @@ pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
         },
         language: args.lang,
         scenario: named,
-        phalanx: args.phalanx.clone().unwrap_or_else(own_source),
+        phalanx: args.phalanx.clone(),
+        program: std::env::current_exe().map_err(Failure::system("find the path of this program"))?,
+        built_from: Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf(),
     };
     println!("{}", create(&order, &assemble(catalog, &scenario)?)?);
     Ok(())
-}
-
-/// Where the source was when this program was built.
-fn own_source() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
 }

@@ -6,6 +6,7 @@ mod project;
 mod python;
 mod rust;
 mod signals;
+mod source;
 
 pub use order::{Language, Order};
 pub use project::create;

@@ -26,8 +26,12 @@ pub struct Order {
     pub language: Language,
     /// What the user calls the scenario, with options.
     pub scenario: String,
-    /// The checkout of this program's source.
-    pub phalanx: PathBuf,
+    /// The checkout or installation that the user wants it to be built with.
+    pub phalanx: Option<PathBuf>,
+    /// The path of this program; an installation has the rest of Phalanx beside it.
+    pub program: PathBuf,
+    /// The checkout that this program was built from, which may be gone.
+    pub built_from: PathBuf,
 }
 
 /// A file that is to be written.

@@ -7,13 +7,15 @@ use formation::wiring::Assembly;
 
 use super::order::{File, Language, Order};
 use super::signals::{Signal, Signals};
+use super::source::{self, Source};
 use super::{cpp, fill, python, rust};
 use crate::failure::Failure;
+use crate::terminal::quoted;
 
 /// Writes the project into a new folder of its name, and returns what to do next, in words.
 ///
 /// # Errors
-/// [`Failure::Usage`] if the name is invalid, the folder exists, the checkout is not one of Phalanx, or the scenario has no such participant;
+/// [`Failure::Usage`] if the name is invalid, the folder exists, what it is built with is missing, or the scenario has no such participant;
 /// [`Failure::System`] if a file cannot be written.
 pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     let Order { name, role, .. } = order;
@@ -25,19 +27,10 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     if folder.exists() {
         return Err(Failure::Usage(format!("{name} exists already; choose another name")));
     }
-    let needed = match order.language {
-        Language::Rust => "lockstep/Cargo.toml",
-        Language::Cpp => "capi/include/phalanx.hpp",
-        Language::Python => "python/pyproject.toml",
-    };
-    let phalanx = std::path::absolute(&order.phalanx).map_err(Failure::system("find the current folder"))?;
-    if !phalanx.join(needed).is_file() {
-        return Err(Failure::Usage(format!(
-            "{} is no checkout of Phalanx: it has no {needed}; name one with --phalanx",
-            phalanx.display()
-        )));
-    }
-    let phalanx = phalanx.display().to_string();
+    let named = order.phalanx.as_deref().map(std::path::absolute).transpose();
+    let named = named.map_err(Failure::system("find the current folder"))?;
+    let source = source::find(order.language, named.as_deref(), &order.program, &order.built_from)?;
+    let phalanx = source.folder().display().to_string();
     let signals = Signals::of(assembly, *role).map_err(Failure::Usage)?;
     let scenario = &order.scenario;
     let article = if role.name() == "observer" { "An" } else { "A" };
@@ -55,7 +48,13 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
             (cpp::files(order, &signals, &title, &phalanx), build, format!("./build/{name}"))
         }
         Language::Python => {
-            (python::files(&signals, &title), format!("pip install {phalanx}/python"), "python3 main.py".to_string())
+            let (build, interpreter) = match &source {
+                Source::Checkout(_) => {
+                    (format!("pip install {}", quoted(&format!("{phalanx}/python"))), "python3".into())
+                }
+                Source::Installed(package) => (format!("# the package is there: {phalanx}"), interpreter(package)),
+            };
+            (python::files(&signals, &title), build, format!("{interpreter} main.py"))
         }
     };
     let lock = read_text(&Path::new(&phalanx).join("Cargo.lock")).ok();
@@ -73,6 +72,18 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     Ok(format!(
         "{name} is there. Next:\n    cd {name}\n    {build}\n    phalanx conform {node} --scenario {scenario} -- {command}"
     ))
+}
+
+/// How a shell calls the Python that an installed package belongs to: `python3`, unless that is another one.
+fn interpreter(package: &Path) -> String {
+    // PREFIX/lib/python3.12/site-packages/phalanx
+    let own = package.ancestors().nth(4).map(|prefix| prefix.join("bin/python3")).filter(|path| path.is_file());
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let usual = std::env::split_paths(&path).map(|folder| folder.join("python3")).find(|path| path.is_file());
+    match own {
+        Some(own) if Some(&own) != usual.as_ref() => quoted(&own.to_string_lossy()),
+        _ => "python3".into(),
+    }
 }
 
 fn readme(order: &Order, signals: &Signals, title: &str, build: &str, command: &str) -> String {
