@@ -113,7 +113,7 @@ def library() -> Library:
     if found is None:
         looked = " or ".join(str(place) for place in places)
         raise PhalanxError(
-            f"the shared library of Phalanx is not there: looked for {looked}. Build it with `cargo build --release "
-            f"--package capi` in the repository, and name it: {VARIABLE}=.../target/release/{NAME}"
+            f"the shared library of Phalanx is not there: looked for {looked}. The wheel has it; in the repository, build it "
+            f"with `cargo build --release --package capi` and name it: {VARIABLE}=.../target/release/{NAME}"
         )
     return Library(found)

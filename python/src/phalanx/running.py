@@ -7,6 +7,8 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +46,8 @@ _ENDINGS = {0: "complete", 1: "complete", 3: "failed", 6: "violated", 130: "inte
 
 
 def find_program() -> Path:
-    """The program: ``$PHALANX``, else ``phalanx`` on the path, else ``target/release/phalanx`` here or in a folder above.
+    """The program: ``$PHALANX``, else the one that was installed with this package, else ``phalanx`` on the path, else
+    ``target/release/phalanx`` here or in a folder above.
 
     Raises `ProgramError` if there is none.
     """
@@ -52,6 +55,8 @@ def find_program() -> Path:
         if found := shutil.which(named):
             return Path(found)
         raise ProgramError(f"${PROGRAM} names {named}, which is no program")
+    if installed := _installed_program():
+        return installed
     if found := shutil.which("phalanx"):
         return Path(found)
     here = Path.cwd()
@@ -61,8 +66,21 @@ def find_program() -> Path:
         if program.is_file():
             return program
     raise ProgramError(
-        f"the program phalanx was not found: build it with `cargo build --release`, and put it on the path or name it in ${PROGRAM}"
+        "the program phalanx was not found: install the wheel, which has it, or build it with `cargo build --release`, and put it "
+        f"on the path or name it in ${PROGRAM}"
     )
+
+
+@cache
+def _installed_program() -> Path | None:
+    """The program among the files of this package, wherever the installer has put scripts."""
+    try:
+        distribution = metadata.distribution("phalanx")
+    except metadata.PackageNotFoundError:
+        return None
+    # Completions and the folder of the package have this name, too.
+    files = [Path(str(distribution.locate_file(file))) for file in distribution.files or [] if file.name == "phalanx"]
+    return next((file.resolve() for file in files if file.is_file() and os.access(file, os.X_OK)), None)
 
 
 def judge(log: Log) -> Judgement:
