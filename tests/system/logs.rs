@@ -80,7 +80,7 @@ fn two_runs_at_once_have_two_logs() {
     assert_eq!(second.code(), 0, "{}", second.stderr());
     let next = format!("runs/{name}-2.mcap");
     assert!(second.stderr().contains(&format!("another run writes {log}; the log of this run is {next}")));
-    assert!(second.stdout().contains(&format!("phalanx report {next}")), "{}", second.stdout());
+    assert!(second.stdout().contains(&format!("log: {next} (")), "{}", second.stdout());
     let third = folder.run(&["run", &scenario, "-q", "--placement", "single", "--json"]);
     assert_eq!(third.json()["log"], format!("runs/{name}-3.mcap"), "an earlier log is not replaced for it");
     let refused = folder.run(&["run", &scenario, "-q", "--out", &log]);

@@ -33,6 +33,8 @@ fn a_new_project_in_rust_builds_and_conforms() {
         let name = format!("trial_{role}");
         let new = folder.run(&["new", role, &name, "--lang", "rust", "--scenario", scenario]);
         assert_eq!(new.code(), 0, "{}", new.stderr());
+        let told = if role == "controller" { "It has no law yet" } else { "It computes placeholders" };
+        assert!(new.stdout().contains(told), "{}", new.stdout());
         build(&folder.path(&name));
         let program = target.join(&name);
         let program = program.to_str().expect("a path");

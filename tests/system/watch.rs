@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::process::{Child, Stdio};
+use std::process::{Child, ChildStdout, Stdio};
 
 use serde_json::Value;
 
@@ -91,13 +91,14 @@ fn start_page(folder: &Folder, run: &str) -> Child {
     watcher.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("the program starts")
 }
 
-/// Where its page is, once it says so.
-fn address_of(watcher: &mut Child) -> String {
+/// Where its page is, once it says so. Its stdout has to stay open: a watcher whose output is no longer read ends.
+fn address_of(watcher: &mut Child) -> (String, BufReader<ChildStdout>) {
     let mut line = String::new();
-    BufReader::new(watcher.stdout.take().expect("stdout")).read_line(&mut line).expect("the address");
+    let mut stdout = BufReader::new(watcher.stdout.take().expect("stdout"));
+    stdout.read_line(&mut line).expect("the address");
     let address = line.trim().rsplit("http://").next().expect("an address").trim_end_matches('/').to_string();
     assert!(address.starts_with("127.0.0.1:"), "{line}");
-    address
+    (address, stdout)
 }
 
 /// The data of the page, once there are any.
@@ -128,7 +129,7 @@ fn a_page_that_is_opened_late_begins_with_the_run_or_says_why_not() {
         };
         wait_until("the run is under way", is_under_way);
         let mut watcher = start_page(&folder, name);
-        let address = address_of(&mut watcher);
+        let (address, _stdout) = address_of(&mut watcher);
         let data = data_at(&address);
         assert_eq!(data["live"]["no_past"], no_past, "{name}");
         // Base64 of a time of 0 as 32 bits.
@@ -148,7 +149,7 @@ fn the_page_grows_frame_by_frame_to_the_last_step() {
     let file = scenario(&folder, "paged");
     let mut watcher = start_page(&folder, "paged");
     let run = start_run(&folder, &file, "paged.mcap");
-    let address = address_of(&mut watcher);
+    let (address, _stdout) = address_of(&mut watcher);
 
     let events = std::thread::spawn({
         let address = address.clone();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use formation::config::read_text;
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, Role};
 
 use super::order::{File, Language, Order};
 use super::signals::{Signal, Signals};
@@ -70,7 +70,9 @@ pub fn create(order: &Order, assembly: &Assembly) -> Result<String, Failure> {
     }
     let node = signals.node.replacen('_', ".", 1);
     Ok(format!(
-        "{name} is there. Next:\n    cd {name}\n    {build}\n    phalanx conform {node} --scenario {scenario} -- {command}"
+        "{name} is there. {}Next:\n    cd {name}\n    {build}\n    phalanx conform {node} --scenario {scenario} -- {command}\n    \
+         phalanx run {scenario} --swap \"{node}={command}\"",
+        what_it_does(&signals, *role)
     ))
 }
 
@@ -83,6 +85,20 @@ fn interpreter(package: &Path) -> String {
     match own {
         Some(own) if Some(&own) != usual.as_ref() => quoted(&own.to_string_lossy()),
         _ => "python3".into(),
+    }
+}
+
+/// What the program does as it is written, so that a run of a placeholder surprises no user.
+fn what_it_does(signals: &Signals, role: Role) -> &'static str {
+    match (signals.drives_accelerations, role) {
+        (true, _) => "Its law tracks the reference. ",
+        (false, Role::Controller) => {
+            "It has no law yet: it keeps the contract, but its inputs do not control the vehicle, so a run with it reaches no goal \
+             until you write one. "
+        }
+        (false, _) => {
+            "It computes placeholders: it keeps the contract, but a run with it reaches no goal until you write the rest. "
+        }
     }
 }
 
@@ -103,6 +119,7 @@ fn readme(order: &Order, signals: &Signals, title: &str, build: &str, command: &
         &[
             ("name", order.name.clone()),
             ("title", title.into()),
+            ("does", what_it_does(signals, order.role).trim_end().into()),
             ("build", build.into()),
             ("node", signals.node.replacen('_', ".", 1)),
             ("options", format!("--scenario {} ", order.scenario)),
