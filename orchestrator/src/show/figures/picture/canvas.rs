@@ -1,25 +1,11 @@
 //! What a picture is made of. Lengths are points (1/72 inch); y points downwards.
 
 use super::fonts::Font;
+use super::outline::{Point, Segment};
 use super::typeset::Typeset;
 
-/// x and y, points.
-pub(crate) type Point = (f64, f64);
 /// Red, green, blue.
 pub(crate) type Colour = [u8; 3];
-
-/// A part of an outline.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Segment {
-    /// The beginning.
-    Move(Point),
-    /// A straight line to here.
-    Line(Point),
-    /// A cubic Bézier curve: two control points and the end.
-    Cubic(Point, Point, Point),
-    /// Back to the beginning.
-    Close,
-}
 
 /// How an outline is drawn.
 #[derive(Clone, Debug, PartialEq)]

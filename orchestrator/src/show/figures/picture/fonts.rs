@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use ttf_parser::{Face, GlyphId, OutlineBuilder, Rect};
 
-use super::canvas::{Point, Segment};
+use super::outline::{Point, Segment};
 
 /// The font of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -3,15 +3,17 @@
 mod canvas;
 mod fonts;
 mod label;
+mod outline;
 mod pdf;
 mod png;
 mod svg;
 mod typeset;
 
-pub(super) use canvas::{Colour, Picture, Point, Stroke};
+pub(super) use canvas::{Colour, Picture, Stroke};
 pub(crate) use fonts::Font;
 pub(super) use fonts::Fonts;
 pub(super) use label::Label;
+pub(super) use outline::Point;
 pub(super) use pdf::render as pdf;
 pub(super) use png::render as png;
 pub(super) use svg::render as svg;

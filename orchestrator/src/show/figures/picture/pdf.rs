@@ -7,8 +7,9 @@ use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
 use subsetter::GlyphRemapper;
 use ttf_parser::GlyphId;
 
-use super::canvas::{Colour, Picture, Point, Segment, Shape, Stroke};
+use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::{Font, Fonts, Slant};
+use super::outline::{Point, Segment};
 use super::typeset::Typeset;
 
 const CATALOG: Ref = Ref::new(1);

@@ -2,8 +2,9 @@
 
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, StrokeDash, Transform};
 
-use super::canvas::{Colour, Picture, Segment, Shape, Stroke};
+use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::Fonts;
+use super::outline::Segment;
 use super::svg::outlines;
 
 /// Pixels of an inch, as journals ask for of drawings.

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::canvas::{Colour, Picture, Point, Segment, Shape, Stroke};
+use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::Fonts;
+use super::outline::{Point, Segment};
 use super::typeset::Typeset;
 
 /// The picture as a file, with its size in inches.
