@@ -1,6 +1,6 @@
 """Writes the bill of materials of program and library, CycloneDX 1.5 as JSON: `python3 release/bill.py FILE`.
 
-It lists the crates that are linked, each with version, licence, source archive and its SHA-256 (from Cargo.lock), and who needs whom.
+It lists the crates that are linked, each with version, licence, source archive and its SHA-256 (from Cargo.lock), and which crate depends on which.
 """
 
 import json

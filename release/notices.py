@@ -36,7 +36,7 @@ def linked() -> tuple[dict[str, dict], dict[str, list[str]]]:
 
 
 def texts(package: dict) -> list[str]:
-    """The licences in the folder of a package, and of what it has in folders of its own (the C sources of zstd)."""
+    """The licences in the folder of a package, and of what it has in separate folders (the C sources of zstd)."""
     folder = Path(package["manifest_path"]).parent
     files = sorted(path for path in [*folder.glob("*"), *folder.glob("*/*")] if path.name.lower().startswith(NAMES))
     return [path.read_text(encoding="utf-8", errors="replace").strip() for path in files if path.is_file()]

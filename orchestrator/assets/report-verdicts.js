@@ -66,7 +66,7 @@ const rangeKind = (ok) => (ok === null ? "" : ok ? "good" : "bad");
 /** Whether the value meets what the thesis states, in words, and by how much it does not. */
 const thesisWord = ({ against_thesis: verdict, ratio }) => {
   if (!verdict || verdict === "not stated") return "";
-  return verdict === "not met" && Number.isFinite(ratio) ? `not met × ${short(ratio)}` : verdict;
+  return verdict === "not met" && Number.isFinite(ratio) ? `not met × ${short(Number(ratio.toPrecision(3)))}` : verdict;
 };
 const thesisKind = ({ against_thesis: verdict }) => ({ met: "good", "not met": "warn" })[verdict] ?? "";
 const isThesisJudged = (metrics) => metrics.some((metric) => thesisWord(metric));

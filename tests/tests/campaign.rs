@@ -38,7 +38,7 @@ fn check(scenario: &str) {
 /// What does not hold, in words.
 fn missed(campaign: &Campaign) -> Vec<String> {
     let mut missed = Vec::new();
-    for (job, result) in campaign.results.iter().filter(|(job, _)| job.with.is_empty()) {
+    for (job, result) in campaign.own_runs() {
         let Some(verdict) = &result.verdict else {
             missed.push(format!("{}: no metrics ({:?})", job.name(), result.stopped));
             continue;
@@ -55,7 +55,7 @@ fn missed(campaign: &Campaign) -> Vec<String> {
 /// What lacks a reason or a definition, and what has one too many.
 fn unclear(campaign: &Campaign) -> Vec<String> {
     let mut unclear = Vec::new();
-    let verdicts = campaign.results.iter().filter(|(job, _)| job.with.is_empty());
+    let verdicts = campaign.own_runs();
     let verdicts = verdicts.filter_map(|(job, result)| Some((job.name(), result.verdict.as_ref()?)));
     let mut used = BTreeSet::new();
     for (run, row) in verdicts.flat_map(|(run, verdict)| verdict.rows.iter().map(move |row| (run.clone(), row))) {
@@ -73,8 +73,7 @@ fn unclear(campaign: &Campaign) -> Vec<String> {
     let scenario = &campaign.selected[0].scenario;
     let set = thesis::SETS.iter().find(|set| set.name == scenario.metrics).expect("its set of metrics");
     // Two scenarios share the set `dsm`, and each has metrics that the other one does not.
-    let shared =
-        schemes::SCENARIOS.iter().filter(|one| one.text.contains(&format!("metrics = {:?}", set.name))).count();
+    let shared = schemes::SCENARIOS.iter().filter(|one| set.serves(one)).count();
     let idle = set.definitions.iter().filter(|definition| shared == 1 && !used.contains(definition.id));
     unclear.extend(idle.map(|definition| format!("{}: no run has the metric {}", scenario.name, definition.id)));
     unclear

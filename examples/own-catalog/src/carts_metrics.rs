@@ -1,14 +1,21 @@
 //! What a run of carts is worth: three numbers, for the regression ranges under `[expect]` of a scenario.
 
 use formation::wiring::Role;
-use orchestrator::judge::metrics::{Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm};
+use orchestrator::judge::metrics::{
+    Definition, Metric, MetricError, Run, first_below_for_good, maximum, maximum_from, norm,
+};
 
 /// A tip as near to its place as this is there, m.
 const THERE: f64 = 0.1;
 
 /// What they mean: symbol, unit and a sentence, for `check --explain` and the report.
 pub const DEFINITIONS: &[Definition] = &[
-    Definition::new("miss", "max ‖δ_i‖", "m", "How far the farthest tip is from its place, largest in the last quarter."),
+    Definition::new(
+        "miss",
+        "max ‖δ_i‖",
+        "m",
+        "How far the farthest tip is from its place, largest in the last quarter.",
+    ),
     Definition::new("t_there", "t(‖δ_i‖ ≤ 0.1)", "s", "Time from which on every tip stays within 10 cm of its place."),
     Definition::new("max_force", "max |F|", "N", "Largest force of any cart."),
 ];

@@ -149,12 +149,27 @@ impl Relation {
         }
     }
 
+    /// The relation at the beginning of a text, and what follows it.
+    pub(crate) fn strip(text: &str) -> Option<(Self, &str)> {
+        // The longer signs first: `<=` begins with `<`.
+        let all = [Self::LessOrEqual, Self::GreaterOrEqual, Self::Less, Self::Greater];
+        all.into_iter().find_map(|relation| Some((relation, text.strip_prefix(relation.symbol())?)))
+    }
+
+    pub(crate) fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Relation::Less => left < right,
+            Relation::LessOrEqual => left <= right,
+            Relation::Greater => left > right,
+            Relation::GreaterOrEqual => left >= right,
+        }
+    }
+
     fn judge(self, left: f64, right: f64) -> Judgement {
-        let (holds, margin) = match self {
-            Relation::Less => (left < right, right - left),
-            Relation::LessOrEqual => (left <= right, right - left),
-            Relation::Greater => (left > right, left - right),
-            Relation::GreaterOrEqual => (left >= right, left - right),
+        let holds = self.holds(left, right);
+        let margin = match self {
+            Relation::Less | Relation::LessOrEqual => right - left,
+            Relation::Greater | Relation::GreaterOrEqual => left - right,
         };
         match (margin.is_nan(), holds) {
             (false, _) => Judgement { holds, margin },

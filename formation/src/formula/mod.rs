@@ -55,3 +55,4 @@ pub use evaluate::Formula;
 pub use expression::Expression;
 pub use jet::Jet;
 pub use operand::{Cursor, Operands};
+pub(crate) use tree::Relation;

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::formula::Relation;
+
 /// How far a value may be from a printed one that is no bound, relative to it.
 const TOLERANCE: f64 = 0.1;
 
@@ -49,47 +51,28 @@ impl Published {
     }
 }
 
-/// A statement that is a number with a relation.
+/// A statement that is a number: a bound, or a value if it has no relation.
 struct Statement {
-    relation: Relation,
+    bound: Option<Relation>,
     number: f64,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Relation {
-    AtMost,
-    Below,
-    AtLeast,
-    Above,
-    Equal,
-}
-
 impl Statement {
-    /// `None` if the text is words. A number by itself is a value.
+    /// `None` if the text is words.
     fn parse(text: &str) -> Option<Self> {
-        const SIGNS: [(&str, Relation); 5] = [
-            ("<=", Relation::AtMost),
-            (">=", Relation::AtLeast),
-            ("<", Relation::Below),
-            (">", Relation::Above),
-            ("=", Relation::Equal),
-        ];
         let text = text.trim();
-        let (relation, rest) = SIGNS
-            .iter()
-            .find_map(|(sign, relation)| Some((*relation, text.strip_prefix(sign)?)))
-            .unwrap_or((Relation::Equal, text));
+        let (bound, rest) = match Relation::strip(text) {
+            Some((relation, rest)) => (Some(relation), rest),
+            None => (None, text.strip_prefix('=').unwrap_or(text)),
+        };
         let number = rest.split_whitespace().next()?.trim_end_matches([',', ';']).parse().ok()?;
-        Some(Self { relation, number })
+        Some(Self { bound, number })
     }
 
     fn holds(&self, value: f64) -> bool {
-        match self.relation {
-            Relation::AtMost => value <= self.number,
-            Relation::Below => value < self.number,
-            Relation::AtLeast => value >= self.number,
-            Relation::Above => value > self.number,
-            Relation::Equal => (value - self.number).abs() <= TOLERANCE * self.number.abs(),
+        match self.bound {
+            Some(relation) => relation.holds(value, self.number),
+            None => (value - self.number).abs() <= TOLERANCE * self.number.abs(),
         }
     }
 }
@@ -111,7 +94,7 @@ impl Expectation {
         }
     }
 
-    /// Whether `value` lies in the regression range; `None` if there is none.
+    /// Whether `value` lies in the regression range; `None` without a range.
     pub fn in_range(&self, value: f64) -> Option<bool> {
         if self.low.is_none() && self.high.is_none() {
             return None;

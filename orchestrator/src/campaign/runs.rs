@@ -40,18 +40,19 @@ impl Selected {
 impl Campaign {
     /// Whether every metric is in its regression range, every assertion of a variant and every claim holds.
     pub fn ok(&self) -> bool {
-        let runs = || self.results.iter().filter(|(job, _)| job.with.is_empty());
-        runs().all(|(_, result)| result.findings.ok())
-            && runs().filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
+        self.own_runs().all(|(_, result)| result.findings.ok())
+            && self.own_runs().filter_map(|(_, result)| result.verdict.as_ref()).all(|verdict| verdict.ok())
             && self.claims.iter().all(|claim| claim.holds)
+    }
+
+    /// The runs of variants as they are, without those that claims demand.
+    pub fn own_runs(&self) -> impl Iterator<Item = &(Job, JobResult)> {
+        self.results.iter().filter(|(job, _)| job.with.is_empty())
     }
 
     /// The result of a variant without overrides.
     pub fn of(&self, scenario: &str, variant: &str) -> Option<&JobResult> {
-        let found = self
-            .results
-            .iter()
-            .find(|(job, _)| job.shipped.name == scenario && job.variant == variant && job.with.is_empty());
+        let found = self.own_runs().find(|(job, _)| job.shipped.name == scenario && job.variant == variant);
         found.map(|(_, result)| result)
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use formation::scenario::Published;
 use serde_json::{Value, json};
 
-use super::{Campaign, ClaimRow, Job, JobResult, Selected};
+use super::{Campaign, ClaimRow, JobResult, Selected};
 use crate::judge::verdict::{Counts, Row, Verdict, factor, short};
 use crate::terminal::counted;
 use crate::terminal::table::{Left, Right, Table};
@@ -54,7 +54,7 @@ fn shortfalls(campaign: &Campaign) -> Option<Table> {
     ];
     let mut table = Table::new(head);
     let mut is_empty = true;
-    for (job, result) in own_runs(campaign) {
+    for (job, result) in campaign.own_runs() {
         for row in result.verdict.iter().flat_map(|verdict| &verdict.rows) {
             let Published::NotMet(ratio) = row.against_thesis() else { continue };
             is_empty = false;
@@ -72,11 +72,6 @@ fn shortfalls(campaign: &Campaign) -> Option<Table> {
     (!is_empty).then_some(table)
 }
 
-/// The runs of variants as they are, without those that claims demand.
-fn own_runs(campaign: &Campaign) -> impl Iterator<Item = &(Job, JobResult)> {
-    campaign.results.iter().filter(|(job, _)| job.with.is_empty())
-}
-
 fn sides(claim: &ClaimRow) -> String {
     let one = |(left, relation, right): &(f64, &str, Option<f64>)| match right {
         Some(right) => format!("{} {relation} {}", short(*left), short(*right)),
@@ -91,7 +86,7 @@ fn sides(claim: &ClaimRow) -> String {
 
 /// Counts of a campaign: runs, regression ranges, the thesis, claims.
 fn summary(campaign: &Campaign) -> Vec<String> {
-    let verdicts = own_runs(campaign).filter_map(|(_, result)| result.verdict.as_ref());
+    let verdicts = campaign.own_runs().filter_map(|(_, result)| result.verdict.as_ref());
     let counts = Counts::of(verdicts.flat_map(expected));
     let claims = campaign.claims.len();
     let broken = campaign.claims.iter().filter(|claim| !claim.holds).count();

@@ -20,11 +20,10 @@ which the value never exceeds `b` again; it does not exist (`-`) if there is no 
 pub fn glossary(catalog: &Catalog) -> String {
     let mut text = String::from(INTRODUCTION);
     for set in &catalog.metrics {
-        let uses = |text: &str| text.lines().any(|line| line.trim() == format!("metrics = {:?}", set.name));
         let users: Vec<String> = catalog
             .scenarios
             .iter()
-            .filter(|shipped| uses(shipped.text))
+            .filter(|shipped| set.serves(shipped))
             .map(|shipped| format!("`{}`", shipped.name))
             .collect();
         let _ = writeln!(text, "\n## `{}`\n", set.name);

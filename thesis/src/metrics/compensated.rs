@@ -46,9 +46,9 @@ pub(super) const DEFINITIONS: &[Definition] = &[
         "rad",
         "Oscillation of the local errors of the heading in the first 30 s, all robots.",
     ),
-    Definition::new("V_x_{i}", "V_x", "m", "As `V_x`, of robot {i}."),
-    Definition::new("V_y_{i}", "V_y", "m", "As `V_y`, of robot {i}."),
-    Definition::new("V_θ_{i}", "V_θ", "rad", "As `V_θ`, of robot {i}."),
+    Definition::new("V_x_{i}", "V_x", "m", "As `V_x`, of one robot."),
+    Definition::new("V_y_{i}", "V_y", "m", "As `V_y`, of one robot."),
+    Definition::new("V_θ_{i}", "V_θ", "rad", "As `V_θ`, of one robot."),
 ];
 
 pub(super) fn compute(run: &Run) -> Result<Vec<Metric>, MetricError> {

@@ -163,17 +163,8 @@ impl Finding {
 
     /// What went wrong, first and worst, in a sentence; empty if nothing did.
     pub fn attention(&self) -> String {
-        let (Some(first), Some((_, worst))) = (&self.first, &self.worst) else { return String::new() };
-        let Moment { value, agent, time, .. } = worst;
-        format!(
-            "{}: {}: {}; worst {} ({} at t = {} s)",
-            self.kind(),
-            self.name,
-            first.text(&self.signal),
-            short(*value),
-            who(*agent),
-            tidy(*time)
-        )
+        let Some(first) = &self.first else { return String::new() };
+        format!("{}: {}: {}; worst {}", self.kind(), self.name, first.text(&self.signal), self.worst())
     }
 
     /// In one line, without its name: for the summary in the log.

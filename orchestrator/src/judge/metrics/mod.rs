@@ -12,6 +12,8 @@ pub use history::{
 };
 pub use run::{MetricError, Run};
 
+use formation::scenario::{Scenario, Selection, Shipped};
+
 /// A number that was computed from a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
@@ -40,6 +42,12 @@ pub struct MetricSet {
 }
 
 impl MetricSet {
+    /// Whether the scenario names this set.
+    pub fn serves(&self, shipped: &Shipped) -> bool {
+        let scenario = Scenario::load(shipped.file, shipped.text, &Selection::default());
+        scenario.is_ok_and(|scenario| scenario.metrics == self.name)
+    }
+
     /// The definition of the metric `id`, if the set has one.
     pub fn definition(&self, id: &str) -> Option<&'static Definition> {
         self.definitions.iter().find(|definition| definition.defines(id))

@@ -108,7 +108,7 @@ impl Verdict {
 
     /// Number of metrics outside their regression ranges.
     pub fn missed(&self) -> usize {
-        self.rows.iter().filter(|row| row.in_range() == Some(false)).count()
+        self.counts().outside
     }
 
     /// The metrics as JSON: `{id: {value, unit, lo, hi, in_range, thesis, against_thesis, ratio, reason, ...}}`.

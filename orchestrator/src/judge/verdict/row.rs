@@ -21,7 +21,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Whether the value lies in the regression range; `None` if there is none.
+    /// Whether the value lies in the regression range; `None` without a range.
     pub fn in_range(&self) -> Option<bool> {
         self.expectation.in_range(self.value)
     }
@@ -31,7 +31,7 @@ impl Row {
         self.expectation.against_thesis(self.value)
     }
 
-    /// The regression range, `1 ... 2` or `<= 2`; empty if there is none.
+    /// The regression range, `1 ... 2` or `<= 2`; empty without a range.
     pub fn range(&self) -> String {
         match (self.expectation.low, self.expectation.high) {
             (Some(low), Some(high)) => format!("{} ... {}", short(low), short(high)),

@@ -2,12 +2,10 @@
 
 use super::FigureOptions;
 use super::clip::Bounds;
-use super::picture::{Fonts, Label, Point, Typeset};
+use super::picture::{Fonts, INCH, Label, Point, Typeset};
 use super::sheet::{Plot, Proportions, Sheet};
 use super::ticks::Ticks;
 
-/// Points of an inch.
-const INCH: f64 = 72.0;
 /// Width of one column of a journal, and of two, inches.
 const COLUMN: f64 = 3.5;
 const TWO_COLUMNS: f64 = 7.16;

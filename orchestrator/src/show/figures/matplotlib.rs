@@ -1,11 +1,11 @@
-//! A figure as a script for matplotlib with its data beside it, for readers who want to change more than our options can.
+//! A figure as a script for matplotlib with its data beside it, for changes that the options do not offer.
 
 use serde_json::{Value, json};
 
 use super::FigureOptions;
 use super::layout::{Frame, Layout, layout};
 use super::paint::marks;
-use super::picture::{Colour, Font, Fonts};
+use super::picture::{Font, Fonts, INCH, hexadecimal};
 use super::sheet::{Plot, Sheet};
 use super::style::{CURVE, Sample, Style};
 use super::ticks::Ticks;
@@ -57,8 +57,8 @@ fn description(sheet: &Sheet, layout: &Layout, options: &FigureOptions) -> Value
     });
     let note = layout.note.iter();
     json!({
-        "width_inches": rounded(layout.width / 72.0),
-        "height_inches": rounded(layout.height / 72.0),
+        "width_inches": rounded(layout.width / INCH),
+        "height_inches": rounded(layout.height / INCH),
         "font": if options.font == Font::Times { "times" } else { "helvetica" },
         "font_size": options.font_size,
         "line_width": CURVE,
@@ -102,9 +102,8 @@ fn plot_of(plot: &Plot, frame: &Frame, layout: &Layout) -> Value {
 }
 
 fn style_of(style: &Style) -> Value {
-    let [red, green, blue]: Colour = style.colour;
     json!({
-        "colour": format!("#{red:02x}{green:02x}{blue:02x}"),
+        "colour": hexadecimal(style.colour),
         "dashes": style.dashes,
         "marker": style.marker.map(|marker| marker.name()),
     })

@@ -152,7 +152,7 @@ impl Entry {
 /// Agents from which on a legend would take more room than the figure.
 const MANY_AGENTS: usize = 24;
 
-/// An entry for every agent; none for a single one, or for so many that nobody could tell them apart.
+/// An entry for every agent; no entries for so many agents that a legend could not distinguish them.
 pub(super) fn agents(run: &LoggedRun) -> Vec<Entry> {
     let count = run.agents.len();
     if count > MANY_AGENTS {

@@ -66,7 +66,7 @@ impl Curves {
         &self.errors.unit
     }
 
-    /// The first time, s; 0 if there is none.
+    /// The first time, s; 0 before the first point.
     pub(super) fn start(&self) -> f64 {
         self.errors.times.first().copied().unwrap_or(0.0)
     }

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use ttf_parser::{Face, GlyphId, OutlineBuilder, Rect};
 
-use super::outline::{Point, Segment};
+use super::outline::{Point, Segment, placed};
 
 /// The font of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -104,8 +104,8 @@ struct Pen {
 
 impl Pen {
     fn place(&self, x: f32, y: f32) -> Point {
-        let (x, y) = (f64::from(x) * self.scale, f64::from(y) * self.scale);
-        if self.turned { (self.at.0 - y, self.at.1 - x) } else { (self.at.0 + x, self.at.1 - y) }
+        // y of a font points upwards.
+        placed(self.at, self.turned, f64::from(x) * self.scale, -f64::from(y) * self.scale)
     }
 }
 

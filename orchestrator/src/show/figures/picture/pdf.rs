@@ -9,7 +9,7 @@ use ttf_parser::GlyphId;
 
 use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::{Font, Fonts, Slant};
-use super::outline::{Point, Segment};
+use super::outline::{Point, Segment, placed};
 use super::typeset::Typeset;
 
 const CATALOG: Ref = Ref::new(1);
@@ -96,17 +96,10 @@ impl Page {
             content.set_dash_pattern(stroke.dashes.iter().map(|length| *length as f32), 0.0);
         }
         for segment in segments {
-            match *segment {
-                Segment::Move((x, y)) => content.move_to(x as f32, y as f32),
-                Segment::Line((x, y)) => content.line_to(x as f32, y as f32),
-                Segment::Cubic(first, second, end) => content.cubic_to(
-                    first.0 as f32,
-                    first.1 as f32,
-                    second.0 as f32,
-                    second.1 as f32,
-                    end.0 as f32,
-                    end.1 as f32,
-                ),
+            match segment.single() {
+                Segment::Move((x, y)) => content.move_to(x, y),
+                Segment::Line((x, y)) => content.line_to(x, y),
+                Segment::Cubic((x1, y1), (x2, y2), (x, y)) => content.cubic_to(x1, y1, x2, y2, x, y),
                 Segment::Close => content.close_path(),
             };
         }
@@ -119,7 +112,7 @@ impl Page {
     }
 
     fn text(&mut self, text: &Typeset, at: Point, upwards: bool) {
-        let place = |x: f64, y: f64| if upwards { (at.0 + y, at.1 - x) } else { (at.0 + x, at.1 + y) };
+        let place = |x: f64, y: f64| placed(at, upwards, x, y);
         self.content.set_fill_rgb(0.0, 0.0, 0.0);
         for glyphs in &text.glyphs {
             let codes = self.used.entry(glyphs.slant).or_default().encode(&self.fonts, glyphs.slant, &glyphs.text);

@@ -4,8 +4,7 @@ use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, StrokeDas
 
 use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::Fonts;
-use super::outline::Segment;
-use super::svg::outlines;
+use super::outline::{INCH, Segment};
 
 /// Pixels of an inch, as journals ask for of drawings.
 const RESOLUTION: f64 = 600.0;
@@ -17,7 +16,7 @@ const PER_METRE: u32 = 23_622;
 /// # Errors
 /// In words, if it is too large for the memory.
 pub(crate) fn render(picture: &Picture) -> Result<Vec<u8>, String> {
-    let scale = RESOLUTION / 72.0;
+    let scale = RESOLUTION / INCH;
     let [width, height] = [picture.width, picture.height].map(|length| (length * scale).round() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or_else(|| format!("{width} x {height} pixels are too many"))?;
     pixels.fill(Color::WHITE);
@@ -35,7 +34,7 @@ pub(crate) fn render(picture: &Picture) -> Result<Vec<u8>, String> {
                 }
             }
             Shape::Text { text, at, upwards } => {
-                let Some(path) = path(&outlines(&fonts, text, *at, *upwards)) else { continue };
+                let Some(path) = path(&text.outlines(&fonts, *at, *upwards)) else { continue };
                 pixels.fill_path(&path, &paint([0; 3]), FillRule::Winding, transform, None);
             }
         }
@@ -59,17 +58,10 @@ fn encode(pixels: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
 fn path(segments: &[Segment]) -> Option<tiny_skia::Path> {
     let mut path = PathBuilder::new();
     for segment in segments {
-        match *segment {
-            Segment::Move((x, y)) => path.move_to(x as f32, y as f32),
-            Segment::Line((x, y)) => path.line_to(x as f32, y as f32),
-            Segment::Cubic(first, second, end) => path.cubic_to(
-                first.0 as f32,
-                first.1 as f32,
-                second.0 as f32,
-                second.1 as f32,
-                end.0 as f32,
-                end.1 as f32,
-            ),
+        match segment.single() {
+            Segment::Move((x, y)) => path.move_to(x, y),
+            Segment::Line((x, y)) => path.line_to(x, y),
+            Segment::Cubic((x1, y1), (x2, y2), (x, y)) => path.cubic_to(x1, y1, x2, y2, x, y),
             Segment::Close => path.close(),
         }
     }

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use super::canvas::{Colour, Picture, Shape, Stroke};
 use super::fonts::Fonts;
-use super::outline::{Point, Segment};
-use super::typeset::Typeset;
+use super::outline::{INCH, Segment};
 
 /// The picture as a file, with its size in inches.
 pub(crate) fn render(picture: &Picture) -> String {
@@ -14,8 +13,8 @@ pub(crate) fn render(picture: &Picture) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.3}in\" height=\"{:.3}in\" viewBox=\"0 0 {} {}\" \
          stroke-linejoin=\"round\">\n",
-        width / 72.0,
-        height / 72.0,
+        width / INCH,
+        height / INCH,
         number(width),
         number(height)
     );
@@ -28,33 +27,13 @@ pub(crate) fn render(picture: &Picture) -> String {
             }
             Shape::Text { text, at, upwards } => {
                 let letters = escaped(&text.letters);
-                let outlines = outline(&outlines(&fonts, text, *at, *upwards));
+                let outlines = outline(&text.outlines(&fonts, *at, *upwards));
                 push(&mut svg, format_args!("<path aria-label=\"{letters}\" d=\"{outlines}\"/>\n"));
             }
         }
     }
     svg.push_str("</svg>\n");
     svg
-}
-
-/// The letters and bars of a text as outlines in the picture.
-pub(super) fn outlines(fonts: &Fonts, text: &Typeset, at: Point, upwards: bool) -> Vec<Segment> {
-    let place = |x: f64, y: f64| if upwards { (at.0 + y, at.1 - x) } else { (at.0 + x, at.1 + y) };
-    let mut segments = Vec::new();
-    for glyphs in &text.glyphs {
-        let mut x = glyphs.x;
-        for letter in glyphs.text.chars() {
-            segments.extend(fonts.outline(glyphs.slant, letter, glyphs.size, place(x, glyphs.y), upwards));
-            x += fonts.advance(glyphs.slant, letter) * glyphs.size;
-        }
-    }
-    for bar in &text.bars {
-        let (right, low) = (bar.x + bar.width, bar.y + bar.height);
-        segments.push(Segment::Move(place(bar.x, bar.y)));
-        segments.extend([(right, bar.y), (right, low), (bar.x, low)].map(|(x, y)| Segment::Line(place(x, y))));
-        segments.push(Segment::Close);
-    }
-    segments
 }
 
 fn push(svg: &mut String, text: std::fmt::Arguments) {
@@ -88,7 +67,8 @@ fn stroked(stroke: &Stroke) -> String {
     text
 }
 
-fn colour([red, green, blue]: Colour) -> String {
+/// `#rrggbb`
+pub(crate) fn colour([red, green, blue]: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
@@ -106,6 +86,7 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::super::fonts::Font;
     use super::super::label::Label;
+    use super::super::typeset::Typeset;
     use super::*;
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::fonts::{Fonts, Slant};
 use super::label::{Accent, Label, Node};
+use super::outline::{Point, Segment, placed};
 
 /// Size of scripts, in that of the letters around them.
 const SCRIPT: f64 = 0.75;
@@ -52,6 +53,26 @@ impl Typeset {
 
     pub(super) fn is_empty(&self) -> bool {
         self.glyphs.is_empty()
+    }
+
+    /// Its letters and bars as outlines in the picture; its baseline begins at `at` and goes to the right, or upwards.
+    pub(super) fn outlines(&self, fonts: &Fonts, at: Point, upwards: bool) -> Vec<Segment> {
+        let place = |x: f64, y: f64| placed(at, upwards, x, y);
+        let mut segments = Vec::new();
+        for glyphs in &self.glyphs {
+            let mut x = glyphs.x;
+            for letter in glyphs.text.chars() {
+                segments.extend(fonts.outline(glyphs.slant, letter, glyphs.size, place(x, glyphs.y), upwards));
+                x += fonts.advance(glyphs.slant, letter) * glyphs.size;
+            }
+        }
+        for bar in &self.bars {
+            let (right, low) = (bar.x + bar.width, bar.y + bar.height);
+            segments.push(Segment::Move(place(bar.x, bar.y)));
+            segments.extend([(right, bar.y), (right, low), (bar.x, low)].map(|(x, y)| Segment::Line(place(x, y))));
+            segments.push(Segment::Close);
+        }
+        segments
     }
 
     /// Adds nodes from `x` on, `y` below the baseline; where they end.
@@ -150,7 +171,7 @@ mod tests {
         assert!(lean > 0.0 && lean < 1.0, "as the letter leans: {text:?}");
         let bar = set(r"$\bar{δ}$");
         assert!(bar.bars[0].y < -4.0 && bar.bars[0].width > 2.0, "{bar:?}");
-        // An accent takes no room of its own.
+        // An accent takes no room.
         assert_eq!(set(r"$\hat{s}x$").width, set("$sx$").width);
     }
 }
