@@ -1,13 +1,11 @@
 //! The planner without a plan of its own: publishes the reference of the scenario.
 
-use formation::formula::Jet;
+use formation::formula::{Formula, Jet};
 use formation::scenario::Context;
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
 use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use crate::{Trajectory, TrajectorySample};
 
 /// Has no parameters.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -30,33 +28,53 @@ impl Component for Reference {
         Checks::default().require(false, &format!("/reference.position.{coordinate}"), message)
     }
 
-    fn outputs(&self, _: &Context, _: usize) -> Vec<Field> {
-        published().fields()
+    fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
+        published(context, agent).fields()
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
-        let trajectories =
-            agents.iter().map(|&agent| Ok((Trajectory::new(context, agent), published().bind(agent, bind)?)));
-        Ok(Box::new(ReferenceParticipant { trajectories: trajectories.collect::<Result<_, Refusal>>()? }))
+        let references = agents.iter().map(|&agent| {
+            let formulas = context.reference[agent].clone();
+            let jets = vec![Jet::constant(0.0); formulas.len()];
+            Ok(AgentReference { formulas, jets, outputs: published(context, agent).bind(agent, bind)? })
+        });
+        Ok(Box::new(ReferenceParticipant { references: references.collect::<Result<_, Refusal>>()? }))
     }
 }
 
-fn published() -> Outputs<TrajectorySample> {
+/// Each coordinate with its first three derivatives.
+fn published(context: &Context, agent: usize) -> Outputs<Vec<Jet>> {
+    let length = context.reference[agent].len();
+    let each = |value: fn(&Jet) -> f64| {
+        move |jets: &Vec<Jet>, place: &mut [f64]| {
+            place.iter_mut().zip(jets).for_each(|(place, jet)| *place = value(jet));
+        }
+    };
     Outputs::new()
-        .vector("position", "", |sample: &TrajectorySample| sample.position)
-        .vector("velocity", "", |sample| sample.velocity)
-        .vector("acceleration", "", |sample| sample.acceleration)
-        .vector("jerk", "", |sample| sample.jerk)
+        .slice("position", length, "", each(|jet| jet.value))
+        .slice("velocity", length, "", each(|jet| jet.rate))
+        .slice("acceleration", length, "", each(|jet| jet.acceleration))
+        .slice("jerk", length, "", each(|jet| jet.jerk))
 }
 
 struct ReferenceParticipant {
-    trajectories: Vec<(Trajectory, BoundOutputs<TrajectorySample>)>,
+    references: Vec<AgentReference>,
+}
+
+/// The reference of one agent.
+struct AgentReference {
+    formulas: Vec<Formula>,
+    jets: Vec<Jet>,
+    outputs: BoundOutputs<Vec<Jet>>,
 }
 
 impl Participant for ReferenceParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
-        for (trajectory, outputs) in &self.trajectories {
-            outputs.write(io, &trajectory.at(step.time()));
+        for AgentReference { formulas, jets, outputs } in &mut self.references {
+            for (jet, formula) in jets.iter_mut().zip(&*formulas) {
+                *jet = formula.evaluate_jet(&[Jet::time(step.time())]);
+            }
+            outputs.write(io, jets);
         }
         Ok(())
     }

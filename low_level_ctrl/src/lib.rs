@@ -7,6 +7,7 @@ mod dynamic_sliding;
 mod dynamic_sliding_chebyshev;
 mod dynamic_sliding_observer;
 mod dynamic_sliding_switching;
+mod formulas;
 mod hierarchical_neural;
 mod hierarchical_uav;
 mod input_distribution;
@@ -30,6 +31,7 @@ pub use dynamic_sliding_chebyshev::{
 };
 pub use dynamic_sliding_observer::{DynamicSlidingObserver, DynamicSlidingObserverController, DynamicSlidingSignals};
 pub use dynamic_sliding_switching::{DynamicSlidingSwitching, DynamicSlidingSwitchingController};
+pub use formulas::{ControllerState, Formulas};
 pub use hierarchical_neural::{HierarchicalNeural, NeuralTracking, VirtualAgent};
 pub use hierarchical_uav::{HierarchicalUav, HierarchicalUavController};
 pub use input_distribution::consensus_share;
@@ -50,6 +52,7 @@ use formation::wiring::Kind;
 /// Every controller that a scenario may name.
 pub const KINDS: &[Kind] = &[
     Kind::of::<Consensus>("consensus", "linear consensus tracking of planar robots, the example of the documentation"),
+    Kind::of::<Formulas>("formulas", "the law as formulas in the scenario file, for any vehicle"),
     Kind::of::<DynamicSlidingObserver>(
         "dynamic_sliding_observer",
         "dynamic sliding mode that feeds back the estimates of a disturbance observer (2.15)",

@@ -105,7 +105,7 @@ const drawNumber = (scene, number, x, y, colour, inside) => {
 };
 
 /** An omnidirectional robot from above: its disc, three wheels, and where it heads. */
-const drawRobot = (scene, agent, [x, y, heading = 0], colour) => {
+const drawRobot = (scene, agent, [x, y = 0, heading = 0], colour) => {
   const { context } = scene;
   const [px, py] = scene.project(x, y, 0);
   const size = Math.max(7, (agent.radius ?? 0) * scene.scale);
@@ -116,7 +116,7 @@ const drawRobot = (scene, agent, [x, y, heading = 0], colour) => {
   context.strokeStyle = colours.card;
   context.lineWidth = 1.5;
   context.stroke();
-  const along = (angle, length) => [px + Math.cos(angle) * length, py - Math.sin(angle) * length];
+  const along = (angle, length) => scene.project(x + (Math.cos(angle) * length) / scene.scale, y + (Math.sin(angle) * length) / scene.scale, 0);
   for (const offset of [0, 2 * Math.PI / 3, -2 * Math.PI / 3]) {
     const angle = heading + offset;
     const [wx, wy] = along(angle, size);

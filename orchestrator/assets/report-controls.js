@@ -55,5 +55,5 @@ const buildControls = () => {
   const moving = touched ? (planar ? "Drag sideways to move" : "Drag sideways to turn") : planar ? "Drag to move, wheel to zoom" : "Drag to turn, shift and drag to move, wheel to zoom";
   const largest = comparing ? " Numbers below a plot are the largest of all agents, or those of the agent that is singled out." : "";
   const keys = touched ? "" : " Space plays, arrows step, ? shows all keys.";
-  byId("hint").textContent = `${moving}.${largest} In a plot: click for a time, drag to zoom, double-click for all.${keys}`;
+  byId("hint").textContent = `${scenes.length ? `${moving}.` : ""}${largest} In a plot: click for a time, drag to zoom, double-click for all.${keys}`;
 };

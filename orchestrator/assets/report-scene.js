@@ -31,7 +31,7 @@ class Scene {
     for (const agent of this.agents)
       for (const path of [agent.position, agent.desired].filter(Boolean))
         for (let k = 0; k < path.values.length; k += path.width)
-          take(path.values[k], path.values[k + 1], this.planar ? 0 : path.values[k + 2]);
+          take(path.values[k], path.width > 1 ? path.values[k + 1] : 0, this.planar || path.width < 3 || agent.planar ? 0 : path.values[k + 2]);
     for (const { centre, radius } of this.run.scene.obstacles) {
       take(centre[0] - radius, centre[1] - radius, 0);
       take(centre[0] + radius, centre[1] + radius, 0);
@@ -154,8 +154,9 @@ class Scene {
     });
   }
 
-  point(coordinates) {
-    return this.project(coordinates[0], coordinates[1], this.planar ? 0 : coordinates[2] ?? 0);
+  /** A place as pixels; `flat` if a third coordinate is no height. */
+  point(coordinates, flat = false) {
+    return this.project(coordinates[0], coordinates[1] ?? 0, this.planar || flat ? 0 : coordinates[2] ?? 0);
   }
 
   colour(index) {
@@ -181,10 +182,10 @@ class Scene {
     const places = this.agents.map((agent) => this.place(agent.position, time));
     if (state.links) for (const link of this.run.scene.links) this.drawLink(link, places, time);
     if (state.targets) this.agents.forEach((agent, index) => this.drawTarget(agent, index, places[index], time));
-    const order = places.map((place, index) => [this.point(place)[2], index]).sort((a, b) => b[0] - a[0]);
+    const order = places.map((place, index) => [this.point(place, this.agents[index].planar)[2], index]).sort((a, b) => b[0] - a[0]);
     for (const [, index] of order) {
       context.globalAlpha = this.faded(index) ? 0.3 : 1;
-      if (this.planar) drawRobot(this, this.agents[index], places[index], this.colour(index));
+      if (this.agents[index].planar) drawRobot(this, this.agents[index], places[index], this.colour(index));
       else drawDrone(this, this.agents[index], places[index], this.colour(index));
       context.globalAlpha = 1;
     }
@@ -208,7 +209,7 @@ class Scene {
     const last = indexAt(times, time);
     const first = indexAt(times, Math.max(0, time - state.trail));
     const fresh = indexAt(times, Math.max(0, time - Math.min(state.trail, this.run.end / 12)));
-    const at = (k) => this.point(values.subarray(k * width, k * width + 3));
+    const at = (k) => this.point(values.subarray(k * width, k * width + Math.min(3, width)), agent.planar);
     const path = (from, to) => Array.from({ length: Math.max(0, to - from + 1) }, (_, k) => at(from + k));
     const strength = this.faded(index) ? 0.25 : 1;
     const { context } = this;
@@ -218,7 +219,7 @@ class Scene {
     for (let piece = 0; piece < pieces; piece += 1) {
       const [from, to] = [piece, piece + 1].map((k) => Math.round(fresh + ((last - fresh) * k) / pieces));
       const points = path(from, to);
-      if (piece === pieces - 1) points.push(this.point(this.place(agent.position, time)));
+      if (piece === pieces - 1) points.push(this.point(this.place(agent.position, time), agent.planar));
       context.globalAlpha = (0.5 + (0.5 * (piece + 1)) / pieces) * strength;
       this.line(points, this.colour(index), 1.2 + (1.4 * (piece + 1)) / pieces);
     }
@@ -232,7 +233,7 @@ class Scene {
     const chosen = state.pointed ?? state.solo;
     const concerned = chosen === to || chosen === from;
     const { context } = this;
-    const [a, b] = [this.point(places[from]), this.point(places[to])];
+    const [a, b] = [from, to].map((index) => this.point(places[index], this.agents[index].planar));
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
     if (length < 1) return;
     const [ux, uy] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];

@@ -110,6 +110,8 @@ buildAssertions();
 buildMore();
 document.querySelector("main").classList.toggle("comparing", comparing);
 byId("scenes").append(...scenes.map((scene) => scene.card));
+// Agents without a position have no scene, and need nothing to look at it with.
+if (!scenes.length) for (const id of ["home", "scenes", "view"]) byId(id).hidden = true;
 byId("plots").append(...plots.map((plot) => plot.card));
 buildHelp();
 listenToKeys();

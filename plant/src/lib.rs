@@ -2,6 +2,7 @@
 
 mod actuators;
 pub mod laboratory;
+mod model_body;
 mod vehicles;
 
 pub use actuators::Actuators;
@@ -12,7 +13,7 @@ use formation::wiring::Kind;
 
 /// Every plant that a scenario may name.
 pub const KINDS: &[Kind] = &[
-    Kind::of::<Vehicles>("vehicles", "the vehicles of the scenario, integrated by RK4"),
+    Kind::of::<Vehicles>("vehicles", "the vehicles of the scenario, integrated with fixed steps"),
     Kind::of::<Laboratory>(
         laboratory::KIND,
         "robots whose motors and links lag, seen by cameras that are late and sometimes blind",

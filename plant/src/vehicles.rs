@@ -1,7 +1,7 @@
-//! Vehicles under held inputs, integrated by the classical Runge-Kutta method.
+//! Vehicles under held inputs, integrated with fixed steps.
 
 use formation::formula::Formula;
-use formation::math::Rk4;
+use formation::math::{Integrator, Method};
 use formation::scenario::{Agent, Context};
 use formation::vehicle::{MAX_COORDINATES, Vehicle};
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal, Role};
@@ -10,11 +10,15 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::Actuators;
+use crate::model_body::{ModelBody, outputs as model_outputs};
 
 /// Parameters of the plant.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicles {
+    /// The method of integration.
+    #[serde(default)]
+    pub integrator: Method,
     /// Steps of the integrator within one step of the run.
     #[serde(default = "one")]
     pub substeps: u32,
@@ -30,16 +34,33 @@ fn one() -> u32 {
 impl Component for Vehicles {
     fn check(&self, context: &Context) -> Checks {
         let found = format!("expected 1 to 1000 steps, found {}", self.substeps);
-        let accelerate = context.agents.iter().all(|agent| agent.vehicle.order() == 2);
-        Checks::default().require((1..=1000).contains(&self.substeps), "substeps", found).require(
-            accelerate || !self.acceleration,
-            "acceleration",
-            "vehicles of order 1 have no acceleration to publish",
-        )
+        let mut vehicles = context.agents.iter().map(|agent| &agent.vehicle);
+        let accelerate = vehicles.clone().all(|vehicle| vehicle.order() == 2 && vehicle.model().is_none());
+        let slow = match self.integrator {
+            Method::SemiImplicit => vehicles.find(|vehicle| vehicle.order() == 1),
+            _ => None,
+        };
+        let slow = slow.map(|vehicle| {
+            format!(
+                "semi_implicit needs velocities among the states, which the vehicle `{}` does not name",
+                vehicle.kind()
+            )
+        });
+        Checks::default()
+            .require((1..=1000).contains(&self.substeps), "substeps", found)
+            .require(
+                accelerate || !self.acceleration,
+                "acceleration",
+                "vehicles of order 1 and those by equations have no acceleration to publish",
+            )
+            .require(slow.is_none(), "integrator", slow.unwrap_or_default())
     }
 
     fn outputs(&self, context: &Context, agent: usize) -> Vec<Field> {
-        self.published(context, agent).fields()
+        match context.agents[agent].vehicle.model() {
+            Some(model) => model_outputs(model).fields(),
+            None => self.published(context, agent).fields(),
+        }
     }
 
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
@@ -51,7 +72,7 @@ impl Component for Vehicles {
 fn units(vehicle: &Vehicle) -> [&'static str; 3] {
     match vehicle {
         Vehicle::Omni(_) => ["m, m, rad", "m/s, m/s, rad/s", "m/s^2, m/s^2, rad/s^2"],
-        Vehicle::Quadcopter(_) => ["m, rad", "m/s, rad/s", "m/s^2, rad/s^2"],
+        Vehicle::Quadcopter(_) | Vehicle::Model(_) => ["m, rad", "m/s, rad/s", "m/s^2, rad/s^2"],
     }
 }
 
@@ -74,10 +95,34 @@ impl Participant for VehiclesParticipant {
     }
 }
 
-/// One vehicle and its ports.
-struct Body {
+/// One vehicle.
+enum Body {
+    /// One of the thesis.
+    Standard(Box<StandardBody>),
+    /// One by equations.
+    Model(Box<ModelBody>),
+}
+
+impl Body {
+    fn advance(&mut self, time: f64, dt: f64, substeps: u32, io: &Io) {
+        match self {
+            Self::Standard(body) => body.advance(time, dt, substeps, io),
+            Self::Model(body) => body.advance(time, dt, substeps, io),
+        }
+    }
+
+    fn publish(&mut self, time: f64, io: &mut Io) {
+        match self {
+            Self::Standard(body) => body.publish(time, io),
+            Self::Model(body) => body.publish(time, io),
+        }
+    }
+}
+
+/// One vehicle of the thesis and its ports.
+struct StandardBody {
     motion: Motion,
-    integrator: Rk4,
+    integrator: Integrator,
     command: Slice,
     outputs: BoundOutputs<Motion>,
 }
@@ -144,6 +189,13 @@ impl Vehicles {
     }
 
     fn body(&self, context: &Context, agent: usize, bind: &mut Bind) -> Result<Body, Refusal> {
+        match context.agents[agent].vehicle.model() {
+            Some(model) => Ok(Body::Model(Box::new(ModelBody::new(agent, model, self.integrator, bind)?))),
+            None => Ok(Body::Standard(Box::new(self.standard_body(context, agent, bind)?))),
+        }
+    }
+
+    fn standard_body(&self, context: &Context, agent: usize, bind: &mut Bind) -> Result<StandardBody, Refusal> {
         let Agent { vehicle, position, velocity, .. } = &context.agents[agent];
         let length = vehicle.coordinates();
         let mut state = position.clone();
@@ -169,11 +221,13 @@ impl Vehicles {
         let actuators = Actuators::new(context);
         let dynamics = Dynamics { vehicle: vehicle.clone(), matched, mismatched, actuators, timed, arguments };
         let slope = self.acceleration.then(|| vec![0.0; state.len()]);
-        Ok(Body { integrator: Rk4::new(state.len()), motion: Motion { dynamics, state, slope }, command, outputs })
+        let leading: Vec<bool> = (0..state.len()).map(|place| place >= length).collect();
+        let integrator = Integrator::new(self.integrator, state.len(), &leading);
+        Ok(StandardBody { integrator, motion: Motion { dynamics, state, slope }, command, outputs })
     }
 }
 
-impl Body {
+impl StandardBody {
     /// Advances from `time` by `dt` with the command of the step before held.
     fn advance(&mut self, time: f64, dt: f64, substeps: u32, io: &Io) {
         let Self { motion: Motion { dynamics, state, .. }, integrator, .. } = self;

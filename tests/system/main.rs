@@ -40,5 +40,6 @@ mod swaps;
 mod tap;
 mod tutorial;
 mod validation;
+mod vehicles;
 mod watch;
 mod web;

@@ -1,5 +1,6 @@
 //! The mathematics that several schemes share, each piece in one place.
 
+mod angle;
 mod bouc_wen;
 mod differentiator;
 mod graph;
@@ -10,10 +11,11 @@ mod power;
 mod projection;
 mod random;
 
+pub use angle::wrap;
 pub use bouc_wen::BoucWen;
 pub use differentiator::{Differentiator, DifferentiatorGains};
 pub use graph::{Neighbourhood, Topology};
-pub use integrate::Rk4;
+pub use integrate::{Integrator, Method, Rk4};
 pub use lp::regulate;
 pub use potential::PotentialField;
 pub use power::{sig, sig_vector, sign, sign_vector};

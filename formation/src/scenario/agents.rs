@@ -1,23 +1,33 @@
 //! The rows of the table `agents`.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::coordinates::Coordinates;
+use super::elsewhere::Elsewhere;
+use super::model::{VehicleOf, Vehicles};
+use super::standard_vehicle::{VehicleKind, VehicleSection};
 use crate::config::{Node, Problems, read};
-use crate::vehicle::{Actuator, Drive, Omni, Quadcopter, Vehicle};
+use crate::vehicle::{Drive, Model, Omni, Quadcopter, Vehicle, evaluate};
 
 /// An agent: its vehicle as it is, as the controllers know it, and where it starts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Agent {
     /// Number from 1, its place in the table.
     pub number: u32,
     /// The `i` of formulas: the number, unless the scenario says otherwise.
     pub id: u32,
+    /// Its vehicle among `[vehicles]`; empty if it has that of `[vehicle]`.
+    pub vehicle_name: String,
     /// The vehicle that the plant integrates.
     pub vehicle: Vehicle,
     /// The vehicle as observers and controllers know it.
     pub nominal: Vehicle,
+    /// Which coordinates of the position are angles, whose errors are taken on the circle: none, unless the scenario says so.
+    pub angles: Vec<bool>,
     /// Initial coordinates.
     pub position: Vec<f64>,
     /// Initial velocities; zeros for vehicles of order 1.
@@ -28,39 +38,16 @@ pub struct Agent {
     pub estimate_velocity: Vec<f64>,
 }
 
-/// `[vehicle]`: what all agents have in common.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct VehicleSection {
-    /// What the agents are.
-    kind: VehicleKind,
-    /// 1: the inputs are wheel speeds, 2: wheel forces; for `omni`, where the agents do not say it themselves.
-    #[serde(default)]
-    order: Option<u32>,
-    /// Every input is clipped to [-UM, UM] by the actuators.
-    #[serde(rename = "UM")]
-    pub(super) input_limit: Option<f64>,
-    /// What else the actuators do to the inputs.
-    pub(super) actuator: Option<Actuator>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-enum VehicleKind {
-    /// Robots with three omnidirectional wheels.
-    Omni,
-    /// Robots whose inputs are accelerations of x, y and heading.
-    Integrator,
-    /// Quadcopters: thrust and three torques.
-    Quadcopter,
-}
-
 /// An agent.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Row {
     /// The i of formulas; by default the number of the agent.
     id: Option<u32>,
+    /// Its vehicle, one of `[vehicles]`; by default that of `[vehicle]`.
+    #[schemars(with = "Option<String>")]
+    #[allow(dead_code, reason = "it decides how the row is read")]
+    vehicle: Option<Elsewhere>,
     /// Coordinates at t = 0, m and rad; a quadcopter may leave out its angles.
     position: Coordinates,
     /// Velocities at t = 0, m/s and rad/s; by default 0.
@@ -103,6 +90,7 @@ pub(super) struct Row {
 /// The fields of a row.
 pub(super) const AGENT_FIELDS: &[&str] = &[
     "id",
+    "vehicle",
     "position",
     "velocity",
     "estimate",
@@ -120,8 +108,13 @@ pub(super) const AGENT_FIELDS: &[&str] = &[
     "upsilon",
 ];
 
-/// Reads the rows; what is wrong goes to `problems`.
-pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut Problems) -> Vec<Agent> {
+/// Reads the rows; what is wrong goes to `problems`. `parameters` are the named numbers of the scenario.
+pub(super) fn read_agents(
+    root: &Node,
+    vehicles: &Vehicles,
+    parameters: &BTreeMap<String, f64>,
+    problems: &mut Problems,
+) -> Vec<Agent> {
     let Some(rows) = root.at("agents").and_then(Node::as_array) else {
         problems.at(root, "agents", "expected a list of tables, one per agent");
         return Vec::new();
@@ -129,33 +122,74 @@ pub(super) fn read_agents(root: &Node, section: &VehicleSection, problems: &mut 
     if rows.is_empty() {
         problems.at(root, "agents", "expected at least one agent");
     }
-    if let Some(message) = section.order.and_then(|order| section.wrong_order(order)) {
+    if let Some(section) = vehicles.standard()
+        && let Some(message) = section.order.and_then(|order| section.wrong_order(order))
+    {
         problems.at(root, "vehicle.order", message);
     }
-    let mut agents = Vec::new();
+    let mut agents = Vec::with_capacity(rows.len());
+    // The equations are the same for all: what is wrong with them is said once.
+    let mut is_reported = false;
     for (index, node) in rows.iter().enumerate() {
         let path = format!("agents.{}", index + 1);
-        // A row that cannot be read still counts, so that what depends on the number of agents can be checked.
-        let read_row = read::<Row>(node, &path, problems);
-        let silent = read_row.is_none();
-        let row = read_row.unwrap_or_default();
-        let mut reader = RowReader { row: &row, section, problems, root, path, silent };
-        agents.push(reader.agent(index as u32 + 1));
+        let (vehicle, name) = match vehicles.of(root, &path, problems) {
+            Some((vehicle, name)) => (Some(vehicle), name),
+            None => (None, ""),
+        };
+        let number = index as u32 + 1;
+        let mut agent = match vehicle {
+            Some(VehicleOf::Standard(section)) => {
+                // A row that cannot be read still counts, so that what depends on the number of agents can be checked.
+                let read_row = read::<Row>(node, &path, problems);
+                let silent = read_row.is_none();
+                let row = read_row.unwrap_or_default();
+                RowReader { row: &row, section, problems, root, path, silent }.agent(number)
+            }
+            Some(VehicleOf::Equations(_)) if is_reported => Agent::of_model(number, number, Model::default()),
+            Some(VehicleOf::Equations(equations)) => {
+                let id = read_id(node, &path, problems).unwrap_or(number);
+                let constant = |name: &str| parameters.get(name).copied();
+                let model = equations.model(root, index, rows.len(), id, &constant, problems);
+                is_reported = model.is_none();
+                Agent::of_model(number, id, model.unwrap_or_default())
+            }
+            None => Agent::of_model(number, number, Model::default()),
+        };
+        agent.vehicle_name = name.to_string();
+        agents.push(agent);
     }
     agents
 }
 
-impl VehicleSection {
-    /// What is wrong with this order for the vehicle, if anything.
-    fn wrong_order(&self, order: u32) -> Option<String> {
-        let expected = match self.kind {
-            VehicleKind::Omni if order == 1 || order == 2 => return None,
-            VehicleKind::Omni => "expected 1 (wheel speeds) or 2 (wheel forces)",
-            _ if order == 2 => return None,
-            VehicleKind::Integrator => "the inputs of an integrator are accelerations, so expected 2 or no order",
-            VehicleKind::Quadcopter => "a quadcopter has forces and torques as inputs, so expected 2 or no order",
+/// The `id` of a row that is not read as a [`Row`].
+fn read_id(row: &Node, path: &str, problems: &mut Problems) -> Option<u32> {
+    row.at("id").and_then(|node| read::<u32>(node, &format!("{path}.id"), problems))
+}
+
+impl Agent {
+    /// An agent whose vehicle is given by equations.
+    fn of_model(number: u32, id: u32, model: Model) -> Self {
+        let slots = model.start();
+        let values = |formulas: &[crate::formula::Formula]| {
+            let mut values = vec![0.0; formulas.len()];
+            evaluate(formulas, &slots, &mut values);
+            values
         };
-        Some(format!("{expected}, found {order}"))
+        let (position, velocity) = (values(&model.position), values(&model.velocity));
+        let angles = model.position_angles.clone();
+        let vehicle = Vehicle::Model(Arc::new(model));
+        Self {
+            angles,
+            number,
+            id,
+            vehicle_name: String::new(),
+            nominal: vehicle.clone(),
+            vehicle,
+            estimate: position.clone(),
+            estimate_velocity: vec![0.0; position.len()],
+            position,
+            velocity,
+        }
     }
 }
 
@@ -183,10 +217,18 @@ impl RowReader<'_> {
         };
         let estimate_velocity = self.values("estimate_velocity", self.row.estimate_velocity.as_ref(), length);
         let id = self.row.id.unwrap_or(number);
-        Agent { number, id, vehicle, nominal, position, velocity, estimate, estimate_velocity }
+        let vehicle_name = String::new();
+        let names = vehicle.coordinate_names();
+        let angles = names.iter().map(|name| self.section.angles.iter().any(|angle| angle == name)).collect();
+        Agent { number, id, vehicle_name, angles, vehicle, nominal, position, velocity, estimate, estimate_velocity }
     }
 
     fn vehicle(&mut self) -> Vehicle {
+        if let Some(message) = self.section.wrong_angle() {
+            // The section is at fault, not the row.
+            self.problems.at(self.root, "vehicle.angles", message);
+            self.silent = true;
+        }
         if let Some(message) = self.row.order.and_then(|order| self.section.wrong_order(order)) {
             self.report("order", message);
         }

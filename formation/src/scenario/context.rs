@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::adjacency::Adjacency;
-use super::agents::{VehicleSection, read_agents};
+use super::agents::read_agents;
 use super::formulas::Formulas;
+use super::model::Vehicles;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, Sort, did_you_mean, read};
 use crate::formula::{Formula, Jet};
@@ -60,7 +61,7 @@ pub(super) struct TopologySection {
 }
 
 impl Context {
-    /// Number of coordinates of every reference: 3 for all schemes of the thesis.
+    /// Number of coordinates of the references of the thesis's vehicles; with others, a reference has as many as it is given.
     pub const REFERENCE_COORDINATES: usize = 3;
 
     /// Reads everything; what is wrong goes to `problems`.
@@ -73,14 +74,16 @@ impl Context {
         for (name, value) in parameters.iter().filter(|(_, value)| !value.is_finite()) {
             problems.at(root, &format!("parameters.{name}"), format!("expected a finite number, found {value}"));
         }
-        let vehicle = section::<VehicleSection>(root, "vehicle", problems)?;
-        if let Some(limit) = vehicle.input_limit.filter(|limit| limit.is_nan() || *limit <= 0.0) {
+        let vehicles = Vehicles::read(root, problems)?;
+        let (input_limit, actuator) =
+            vehicles.standard().map_or((None, None), |section| (section.input_limit, section.actuator));
+        if let Some(limit) = input_limit.filter(|limit| limit.is_nan() || *limit <= 0.0) {
             problems.at(root, "vehicle.UM", format!("expected a limit > 0, found {limit}"));
         }
-        for (field, message) in vehicle.actuator.iter().flat_map(|actuator| actuator.bouc_wen.findings()) {
+        for (field, message) in actuator.iter().flat_map(|actuator| actuator.bouc_wen.findings()) {
             problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
         }
-        let agents = read_agents(root, &vehicle, problems);
+        let agents = read_agents(root, &vehicles, &parameters, problems);
         let (topology, proximity, any_graph) = read_topology(root, &agents, problems);
         let mut context = Self {
             agents,
@@ -89,14 +92,14 @@ impl Context {
             proximity,
             timing,
             seed,
-            input_limit: vehicle.input_limit,
-            actuator: vehicle.actuator,
+            input_limit,
+            actuator,
             parameters,
             reference: Vec::new(),
             disturbance: Vec::new(),
             obstacles: Obstacles::read(root, problems),
         };
-        context.compile_reference(root, problems);
+        context.compile_reference(root, vehicles.are_standard(), problems);
         context.compile_disturbance(root, problems);
         Some(context)
     }
@@ -127,7 +130,12 @@ impl Context {
         }
     }
 
-    fn compile_reference(&mut self, root: &Node, problems: &mut Problems) {
+    fn compile_reference(&mut self, root: &Node, is_standard: bool, problems: &mut Problems) {
+        let given = root.at("reference.position").and_then(Node::as_array).map_or(0, <[Node]>::len);
+        let coordinates = if is_standard { Self::REFERENCE_COORDINATES } else { given.max(1) };
+        if !is_standard && root.at("reference").is_none() {
+            return;
+        }
         let is_table = root.at("reference").is_none_or(|node| node.as_table().is_some());
         if is_table && root.at("reference.position").is_none() {
             problems.at(root, "reference", "missing field `position`: a list of formulas of t and i");
@@ -143,7 +151,7 @@ impl Context {
         let mut is_finite = problems.is_empty();
         for agent in &self.agents {
             let constant = |name: &str| self.constant(agent, name);
-            let Some(compiled) = formulas.compile("position", Self::REFERENCE_COORDINATES, &constant, problems) else {
+            let Some(compiled) = formulas.compile("position", coordinates, &constant, problems) else {
                 return;
             };
             // Only the first agent is reported, and only if the numbers are those of the scenario.
@@ -158,6 +166,19 @@ impl Context {
         check_keys(root, "disturbance", &keys, problems);
         for agent in &self.agents {
             let vehicle = &agent.vehicle;
+            if let Some(model) = vehicle.model() {
+                let all_are_models = || self.agents.iter().all(|agent| agent.vehicle.model().is_some());
+                if root.at("disturbance").is_some() && all_are_models() {
+                    let message = format!(
+                        "the vehicle `{}` is given by equations: write what disturbs it into them, as in d.v = \"u/m + 0.1*sin(t)\"",
+                        model.kind
+                    );
+                    problems.at(root, "disturbance", message);
+                    return;
+                }
+                self.disturbance.push(Disturbance::default());
+                continue;
+            }
             let length = vehicle.coordinates();
             let generic: Vec<String> =
                 (1..=length).map(|j| format!("x{j}")).chain((1..=length).map(|j| format!("v{j}"))).collect();

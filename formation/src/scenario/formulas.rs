@@ -94,7 +94,8 @@ impl Formulas<'_> {
         Some(defined)
     }
 
-    fn one(
+    /// Compiles one formula; `defined` are named parts of it.
+    pub(super) fn one(
         &self,
         node: &Node,
         path: &str,

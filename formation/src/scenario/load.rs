@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use lockstep::Timing;
 
+use super::model::resolve;
 use super::overrides::{Override, apply, override_problem};
 use super::ranges::read_ranges;
 use super::raw::RawScenario;
 use super::realtime::read_overrun;
 use super::run_sections::{read_edges, read_groups, read_swaps};
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
-use crate::config::{Entry, Node, Problem, Problems, Source, Value, did_you_mean, read};
+use crate::config::{Entry, Node, Problem, Problems, Source, Table, Value, did_you_mean, read};
 use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -101,8 +102,12 @@ impl Scenario {
         let variants = variant_names(&root);
         let chosen = overrides.iter().rev().find_map(|o| o.value_of("variant")).or(selection.variant.as_deref());
         let variant = select_variant(&mut root, chosen, &variants)?;
+        resolve(&mut root, file)?;
         let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
         apply(&mut root, &rest)?;
+        // An override may have chosen another vehicle.
+        resolve(&mut root, file)?;
+        complete(&mut root);
         if let Some(variants) = root.at("variants") {
             let message = "a variant is chosen, with --variant NAME or --set variant=NAME, and changed in the file";
             return Err(Problem::new(Some(variants.origin.clone()), "variants", message));
@@ -253,6 +258,23 @@ impl Scenario {
             node.and_then(Node::as_i64).and_then(|value| u64::try_from(value).ok()).unwrap_or(default)
         };
         (number("every", 1), number("offset", 0))
+    }
+}
+
+/// The sections that a scenario may leave out: the plant that integrates its vehicles, and the planner that publishes its reference.
+fn complete(root: &mut Node) {
+    let has_reference = root.at("reference").is_some();
+    let Some(table) = root.as_table_mut() else { return };
+    let mut default = |role: Role, kind: &str| {
+        if table.get(role.name()).is_none() {
+            let mut section = Table::default();
+            section.insert("kind", Node::from_override(Value::String(kind.into()), role.name()));
+            table.insert(role.name(), Node::from_override(Value::Table(section), role.name()));
+        }
+    };
+    default(Role::Plant, "vehicles");
+    if has_reference {
+        default(Role::Planner, "reference");
     }
 }
 

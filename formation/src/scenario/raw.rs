@@ -9,23 +9,15 @@ use std::sync::LazyLock;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, IgnoredAny, Visitor};
+use serde::de::{Deserializer, Error, Visitor};
 
-use super::agents::{Row, VehicleSection};
+use super::agents::Row;
 use super::context::TopologySection;
+use super::elsewhere::Elsewhere;
+use super::model::{NamedVehicles, vehicle_schema};
 use super::realtime::RealtimeSection;
 use super::run_sections::PlacementSection;
 use super::{Expectation, Obstacles, Timing, schema};
-
-/// A section that is read where it is used, with the places of its values in the file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Elsewhere;
-
-impl<'de> Deserialize<'de> for Elsewhere {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        IgnoredAny::deserialize(deserializer).map(|_| Self)
-    }
-}
 
 /// All sections of a scenario file, in the order of its documentation. Each may be missing here; what a run needs is required
 /// where it is read.
@@ -55,8 +47,10 @@ pub(super) struct RawScenario {
     /// Named numbers that formulas may use.
     #[schemars(with = "BTreeMap<String, f64>")]
     parameters: Option<Elsewhere>,
-    #[schemars(with = "VehicleSection")]
+    #[schemars(schema_with = "vehicle_schema")]
     vehicle: Option<Elsewhere>,
+    #[schemars(with = "NamedVehicles")]
+    vehicles: Option<Elsewhere>,
     #[schemars(with = "TopologySection")]
     topology: Option<Elsewhere>,
     #[schemars(schema_with = "schema::reference")]
@@ -153,8 +147,8 @@ mod tests {
 
     #[test]
     fn the_sections_are_the_fields_of_the_type() {
-        assert_eq!(SECTIONS.len(), 28);
-        assert_eq!((SECTIONS[0], SECTIONS[27]), ("name", "ranges"));
+        assert_eq!(SECTIONS.len(), 29);
+        assert_eq!((SECTIONS[0], SECTIONS[28]), ("name", "ranges"));
         let described = sections(&mut SchemaGenerator::default());
         assert!(SECTIONS.iter().all(|name| described.contains_key(*name)));
     }

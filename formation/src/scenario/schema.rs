@@ -43,16 +43,16 @@ impl JsonSchema for Coordinates {
     }
 }
 
-fn formula() -> Schema {
+pub(super) fn formula() -> Schema {
     json_schema!({ "type": ["string", "number"] })
 }
 
-fn formulas(what: &str) -> Schema {
+pub(super) fn formulas(what: &str) -> Schema {
     json_schema!({ "type": "array", "items": formula(), "description": what })
 }
 
 /// The table of named parts of formulas.
-fn define() -> Schema {
+pub(super) fn define() -> Schema {
     json_schema!({
         "type": "object", "additionalProperties": formula(),
         "description": "Names for parts of formulas; a later one may use those before it.",

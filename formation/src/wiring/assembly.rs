@@ -198,9 +198,15 @@ impl Assembly {
             .find(|(found, ..)| found == role)
             .ok_or_else(|| vec![self.scenario.problem(role.name(), format!("this scenario has no {role}"))])?;
         let mut bind = Bind::new(&self.signals, *role, kind.name, agents);
-        let participant = component
-            .build(&self.scenario.context, agents, &mut bind)
-            .map_err(|refusal| vec![self.scenario.problem(role.name(), refusal.to_string())])?;
+        let participant = component.build(&self.scenario.context, agents, &mut bind).map_err(|refusal| {
+            let path = |field: &str| format!("{role}.{field}");
+            let placed = refusal.placed(|field| self.scenario.section(&path(field)).is_some());
+            let (path, message) = match placed {
+                Some((field, message)) => (path(field), message.to_string()),
+                None => (role.name().to_string(), refusal.to_string()),
+            };
+            vec![self.scenario.problem(&path, message)]
+        })?;
         let (inputs, outputs) = bind.into_edges();
         let (every, offset) = self.scenario.rate(*role);
         let name = node_name(*role, agents, self.serving_all.contains(role));

@@ -12,6 +12,18 @@ use super::unbound::Bound;
 #[error("{0}")]
 pub struct Refusal(pub String);
 
+impl Refusal {
+    /// A refusal because of the field `path` of the component: it is shown there.
+    pub fn at(path: &str, message: impl std::fmt::Display) -> Self {
+        Self(format!("{path}: {message}"))
+    }
+
+    /// The field that it is about, and the rest of its message; `is_field` knows the fields.
+    pub(super) fn placed(&self, is_field: impl Fn(&str) -> bool) -> Option<(&str, &str)> {
+        self.0.split_once(": ").filter(|(path, _)| !path.contains(' ') && is_field(path))
+    }
+}
+
 /// The channels of a scenario by role and agent.
 #[derive(Clone, Debug, Default)]
 pub struct Signals {
@@ -128,6 +140,20 @@ impl<'a> Bind<'a> {
     /// Whether `role` publishes a signal called `name` for `agent`.
     pub fn offers(&self, role: Role, agent: usize, name: &str) -> bool {
         self.signals.find(role, agent).is_some_and(|channel| self.signals.layout(channel).find(name).is_some())
+    }
+
+    /// Number of values of the signal called `name` that `role` publishes for `agent`.
+    pub fn length(&self, role: Role, agent: usize, name: &str) -> Option<usize> {
+        let channel = self.signals.find(role, agent)?;
+        self.signals.layout(channel).find(name).map(|(_, length)| length)
+    }
+
+    /// The signals that `role` publishes for `agent`, in words: `one of position (2), x (1)`, or that there are none.
+    pub fn signals_of(&self, role: Role, agent: usize) -> String {
+        match self.signals.find(role, agent) {
+            Some(channel) => format!("one of {}", offered(self.signals.layout(channel))),
+            None => format!("but this scenario has no {role}"),
+        }
     }
 
     /// Any signal of `D` values.

@@ -14,7 +14,15 @@ pub(super) fn read_components(
     let mut components = Vec::new();
     for role in Role::ALL {
         if scenario.component(role).is_none() {
-            if role != Role::Observer {
+            // Without an observer, a reference or inputs there is nothing to serve.
+            let agents = &scenario.context.agents;
+            let is_needed = match role {
+                Role::Observer => false,
+                Role::Planner => scenario.section("reference").is_some(),
+                Role::Controller => agents.iter().any(|agent| agent.vehicle.inputs() > 0),
+                Role::Plant => true,
+            };
+            if is_needed {
                 problems.push(scenario.problem("", format!("missing section `[{role}]`")));
             }
             continue;

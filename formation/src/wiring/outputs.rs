@@ -79,7 +79,13 @@ impl<R> Outputs<R> {
         unit: &str,
         write: impl Fn(&R, &mut [f64]) + Send + Sync + 'static,
     ) -> Self {
-        self.with(Signal { field: Field::vector(name, length, unit), length, write: Box::new(write) })
+        self.any(Field::vector(name, length, unit), write)
+    }
+
+    /// Adds a signal that is described elsewhere; `write` writes all of it.
+    pub fn any(self, field: Field, write: impl Fn(&R, &mut [f64]) + Send + Sync + 'static) -> Self {
+        let length = field.shape.words();
+        self.with(Signal { field, length, write: Box::new(write) })
     }
 
     /// Adds a signal that is described elsewhere, as the input of a vehicle is by

@@ -1,7 +1,8 @@
 //! `phalanx list`.
 
 use clap::Args;
-use formation::scenario::{Scenario, Selection};
+use formation::config::did_you_mean;
+use formation::scenario::{LIBRARY, Scenario, Selection};
 use formation::wiring::Role;
 use serde_json::json;
 
@@ -15,6 +16,12 @@ pub(crate) struct ListArgs {
     /// List the components that scenarios can name instead
     #[arg(long)]
     pub(crate) components: bool,
+    /// List the library of vehicles instead
+    #[arg(long, conflicts_with = "components")]
+    pub(crate) vehicles: bool,
+    /// Print the equations of a vehicle of the library, to copy them into a scenario
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["components", "vehicles", "json"])]
+    pub(crate) vehicle: Option<String>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -24,6 +31,13 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
     if args.components {
         list_components(catalog, args.json);
         return Ok(());
+    }
+    if args.vehicles {
+        list_vehicles(args.json);
+        return Ok(());
+    }
+    if let Some(name) = &args.vehicle {
+        return print_vehicle(name);
     }
     let mut entries = Vec::new();
     let mut table = Table::new([("", Left), ("", Left)]);
@@ -50,6 +64,33 @@ pub(crate) fn list(catalog: &Catalog, args: &ListArgs) -> Result<(), Failure> {
         print!("{}", table.text(terminal::columns()));
         println!("\nRun one with `{program} run NAME`, another variant with `{program} run NAME --variant VARIANT`.");
     }
+    Ok(())
+}
+
+fn list_vehicles(as_json: bool) {
+    let rows = LIBRARY.iter().map(|vehicle| (vehicle.name, vehicle.words()));
+    if as_json {
+        let entries = rows.map(|(name, [title, source])| json!({ "kind": name, "title": title, "source": source }));
+        println!("{}", json!(entries.collect::<Vec<_>>()));
+        return;
+    }
+    let mut table = Table::new([("", Left), ("", Left)]);
+    rows.for_each(|(name, [title, _])| table.row([name.to_string(), title]));
+    let program = terminal::program();
+    print!("{}", table.text(terminal::columns()));
+    println!(
+        "\nA scenario names one, `vehicle.kind = \"unicycle\"`; `{program} list --vehicle unicycle` prints its equations."
+    );
+}
+
+fn print_vehicle(name: &str) -> Result<(), Failure> {
+    let Some(vehicle) = LIBRARY.iter().find(|vehicle| vehicle.name == name) else {
+        let names: Vec<&str> = LIBRARY.iter().map(|vehicle| vehicle.name).collect();
+        let hint = did_you_mean(name, names.iter().copied());
+        let message = format!("--vehicle: no vehicle is called `{name}`, expected one of {}{hint}", names.join(", "));
+        return Err(Failure::Usage(message));
+    };
+    print!("{}", vehicle.text);
     Ok(())
 }
 

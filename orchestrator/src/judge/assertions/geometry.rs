@@ -101,14 +101,11 @@ impl Nearest {
 
 /// Where an agent is, without its angles.
 fn position(assembly: &Assembly, agent: usize) -> Result<Span, String> {
-    let planar = assembly.scenario.context.agents[agent].vehicle.quadcopter().is_none();
     let span = Span::find(assembly, agent, "state", "position")?;
-    Ok(span.first(if planar { 2 } else { 3 }))
+    Ok(span.first(assembly.scenario.context.agents[agent].vehicle.dimensions()))
 }
 
-/// Radius of an agent's body in m: that of a planar robot, or the arm of a quadcopter.
+/// Radius of an agent's body in m; 0 if it has none.
 fn radius(assembly: &Assembly, agent: usize) -> f64 {
-    let vehicle = &assembly.scenario.context.agents[agent].vehicle;
-    let arm = || vehicle.quadcopter().map(|quadcopter| quadcopter.arm);
-    vehicle.omni().map(|omni| omni.radius).or_else(arm).unwrap_or(0.0)
+    assembly.scenario.context.agents[agent].vehicle.radius().unwrap_or(0.0)
 }

@@ -77,6 +77,8 @@ pub(super) struct Actor {
     /// Red, green, blue, opacity.
     pub(super) colour: [f32; 4],
     position: Signal,
+    /// Its heading, where that is not a part of the position.
+    heading: Option<Signal>,
     target: Option<Signal>,
 }
 
@@ -85,19 +87,17 @@ impl Actor {
         let number = agent.number;
         let position = Signal::find(network, number, Some("state"), "position")?;
         let reference = |field| Signal::find(network, number, Some("reference"), field);
-        let radius = match (agent.vehicle.omni(), agent.vehicle.quadcopter()) {
-            (Some(omni), _) => omni.radius,
-            (_, quadcopter) => quadcopter.map_or(0.25, |quadcopter| quadcopter.arm),
-        };
+        let heading = agent.vehicle.heading().and_then(|field| Signal::find(network, number, Some("state"), field));
         let [red, green, blue] =
             COLOURS[(number as usize + COLOURS.len() - 1) % COLOURS.len()].map(|part| f32::from(part) / 255.0);
         Some(Self {
             number,
             frame: format!("agent_{number}"),
-            planar: agent.vehicle.omni().is_some(),
-            radius,
+            planar: agent.vehicle.dimensions() <= 2,
+            radius: agent.vehicle.radius().unwrap_or(0.25),
             colour: [red, green, blue, 1.0],
             position,
+            heading,
             // Where its place in the formation is; for some planners that is what is tracked.
             target: reference("desired_position").or_else(|| reference("position")),
         })
@@ -105,7 +105,10 @@ impl Actor {
 
     /// Where it is.
     pub(super) fn pose(&self, store: &Store, step: u64) -> Pose {
-        Pose::of(self.position.read(store, step), self.planar)
+        let position = self.position.read(store, step);
+        let Some(heading) = self.heading else { return Pose::of(position, self.planar) };
+        let at = |index: usize| position.get(index).copied().unwrap_or(0.0);
+        Pose::of(&[at(0), at(1), heading.read(store, step)[0]], self.planar)
     }
 
     /// Where its place in the formation is, if the planner says so.

@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use recording::Series;
 use serde_json::{Value, json};
 
 use crate::judge::assertions::Finding;
@@ -105,17 +106,19 @@ fn assertion(finding: &Finding) -> Value {
 fn scene(run: &LoggedRun, grid: &Grid) -> Value {
     let agents: Vec<Value> = (0..run.agents.len())
         .map(|place| {
-            let path = |role: &str, field: &str| {
-                let series = run.signal(place, role, field)?;
-                let values = grid.points().iter().flat_map(|&sample| series.row(sample)).copied();
-                Some(json!({ "width": series.width(), "values": packed(values) }))
+            let path = |all: Vec<Series>| {
+                let row = |&sample: &usize| all.iter().flat_map(move |series| series.row(sample)).copied();
+                let width: usize = all.iter().map(Series::width).sum();
+                json!({ "width": width, "values": packed(grid.points().iter().flat_map(row)) })
             };
+            let of_reference = |field: &str| run.signal(place, "reference", field).map(|series| path(vec![series]));
             json!({
                 "number": run.agents[place],
                 "radius": run.radius(place),
-                "position": path("state", "position"),
-                "tracked": path("reference", "position"),
-                "desired": path("reference", "desired_position"),
+                "planar": run.vehicle(place).is_none_or(|vehicle| vehicle.dimensions() <= 2),
+                "position": run.pose(place).map(path),
+                "tracked": of_reference("position"),
+                "desired": of_reference("desired_position"),
             })
         })
         .collect();

@@ -21,8 +21,9 @@ pub(crate) fn frame(run: &LoggedRun) -> Value {
     let sample = run.samples() - 1;
     let grid = Grid::new(1, 2);
     let paths = (0..run.agents.len()).flat_map(|place| {
-        let fields = [("state", "position"), ("reference", "position"), ("reference", "desired_position")];
-        fields.into_iter().filter_map(move |(role, field)| run.signal(place, role, field))
+        let references = ["position", "desired_position"].into_iter();
+        let references = references.filter_map(move |field| run.signal(place, "reference", field));
+        run.pose(place).into_iter().flatten().chain(references)
     });
     let mut values: Vec<f64> = paths.flat_map(|series| series.row(sample)).copied().collect();
     let curves = panels(run, &grid).into_iter().flat_map(|panel| panel.views).flat_map(|view| view.curves);

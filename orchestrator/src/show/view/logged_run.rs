@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use formation::scenario::Scenario;
+use formation::vehicle::Vehicle;
 use formation::wiring::Assembly;
 use lockstep::{Field, Shape};
 
@@ -129,17 +130,20 @@ impl LoggedRun {
         format!("agent {}", self.agents[place])
     }
 
-    /// Radius of an agent's body in m: that of a ground robot, or the arm of a quadcopter.
+    /// The vehicle of an agent, if the log has the scenario.
+    pub fn vehicle(&self, place: usize) -> Option<&Vehicle> {
+        Some(&self.scenario.as_ref()?.context.agents.get(place)?.vehicle)
+    }
+
+    /// Radius of an agent's body in m; see [`Vehicle::radius`].
     pub fn radius(&self, place: usize) -> Option<f64> {
-        let vehicle = &self.scenario.as_ref()?.context.agents.get(place)?.vehicle;
-        let quadcopter = || vehicle.quadcopter().map(|quadcopter| quadcopter.arm);
-        vehicle.omni().map(|omni| omni.radius).or_else(quadcopter)
+        self.vehicle(place)?.radius()
     }
 
     /// Whether the agents move in a plane, with a heading as their third coordinate, and not in space.
     pub fn is_planar(&self) -> bool {
         if let Some(scenario) = &self.scenario {
-            return scenario.context.agents.iter().all(|agent| agent.vehicle.omni().is_some());
+            return scenario.context.agents.iter().all(|agent| agent.vehicle.dimensions() <= 2);
         }
         self.field("state", "position").is_some_and(|field| match field.shape {
             Shape::Vector(3) => field.unit.ends_with("rad"),

@@ -158,7 +158,7 @@ impl PanelBuilder<'_> {
         let quadcopters =
             context.is_some_and(|context| context.agents.iter().all(|a| a.vehicle.quadcopter().is_some()));
         let views = (0..field.shape.words()).map(|component| View {
-            name: input_name(quadcopters, component),
+            name: self.named_input(component).unwrap_or_else(|| input_name(quadcopters, component)),
             axis: "input".into(),
             unit: unit_of(&field, component),
             curves: self.input_curves(component),
@@ -166,6 +166,14 @@ impl PanelBuilder<'_> {
             logarithmic: false,
         });
         Some(Panel { id: "inputs", title: "Inputs", kind: Kind::Lines, views: views.collect() })
+    }
+
+    /// What the equations of the vehicles call an input, if all call it alike.
+    fn named_input(&self, component: usize) -> Option<String> {
+        let agents = &self.run.scenario.as_ref()?.context.agents;
+        let mut names = agents.iter().map(|agent| Some(agent.vehicle.model()?.inputs.get(component)?.name.as_str()));
+        let first = names.next()??;
+        names.all(|name| name == Some(first)).then(|| first.to_string())
     }
 
     /// What acts, and beside it what the law had asked for, where that was logged.

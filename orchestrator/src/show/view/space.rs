@@ -42,6 +42,13 @@ impl LoggedRun {
         centres.zip(radii).map(|(centre, radius)| Obstacle { centre, radius, rings }).collect()
     }
 
+    /// Where an agent is and, for a vehicle in the plane whose position does not have it, its heading: one signal after the other.
+    pub fn pose(&self, place: usize) -> Option<Vec<Series<'_>>> {
+        let position = self.signal(place, "state", "position")?;
+        let heading = self.vehicle(place).and_then(|vehicle| self.signal(place, "state", vehicle.heading()?));
+        Some(std::iter::once(position).chain(heading).collect())
+    }
+
     /// Positions of all agents; `None` if one has none.
     fn positions(&self) -> Option<Vec<Series<'_>>> {
         (0..self.agents.len()).map(|place| self.signal(place, "state", "position")).collect()
