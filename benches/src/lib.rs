@@ -8,6 +8,7 @@
 mod chain;
 mod measure;
 mod table;
+mod vehicles;
 mod yardstick;
 
 use std::collections::BTreeMap;
@@ -45,7 +46,7 @@ pub fn main() -> ExitCode {
 }
 
 /// What is measured; all lines take turns.
-const LINES: [Line; 18] = [
+const LINES: [Line; 20] = [
     Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
     Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
     Line("6 agents, events", |core, steps| processes_by(Wake::Events, 6, steps, &[core], Recording::Off)),
@@ -54,6 +55,8 @@ const LINES: [Line; 18] = [
     Line("single", |core, steps| on_core(core, move || step(single(steps * 20, Recording::Off)?))),
     Line("single, recording", |_, steps| step(single(steps * 20, Recording::On)?)),
     Line("uav, recording", |_, steps| step(uav(steps)?)),
+    Line("robot as code", |core, steps| on_core(core, move || step(vehicles::code(steps * 20)?))),
+    Line("robot by equations", |core, steps| on_core(core, move || step(vehicles::equations(steps * 20)?))),
     Line("yardstick of 50 agents", |core, steps| yardstick(50, core, steps / 10)),
     Line("50 agents", |core, steps| processes(50, steps / 10, core, Recording::Off)),
     Line("50 agents on two cores", |core, steps| processes_on(50, steps / 10, &two(core)?, Recording::Off)),
@@ -134,6 +137,7 @@ fn rows(figures: &Figures) -> Vec<Row> {
     row("chain14, single", "single", None, Bound::Rate(1_000_000.0));
     row("chain14, single, recording", "single, recording", None, Bound::Rate(150_000.0));
     row("uav at 1 ms, 15 processes, recording", "uav, recording", None, Bound::Rate(15_000.0));
+    row("a vehicle by equations, beside code", "robot by equations", Some("robot as code"), Bound::Times(3.0));
     row("chain14 on two cores, recording", "6 agents on two cores, recording", small, Bound::Times(1.6));
     // Per process, beside what one of 6 agents takes on the one core that is best for them.
     let crowds = [

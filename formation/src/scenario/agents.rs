@@ -224,11 +224,6 @@ impl RowReader<'_> {
     }
 
     fn vehicle(&mut self) -> Vehicle {
-        if let Some(message) = self.section.wrong_angle() {
-            // The section is at fault, not the row.
-            self.problems.at(self.root, "vehicle.angles", message);
-            self.silent = true;
-        }
         if let Some(message) = self.row.order.and_then(|order| self.section.wrong_order(order)) {
             self.report("order", message);
         }

@@ -142,6 +142,12 @@ fn vehicle(root: &Node, path: &str, problems: &mut Problems) -> Option<VehicleOf
             problems.at(root, &format!("{path}.kind"), message);
             None
         }
-        _ => read::<VehicleSection>(node, path, problems).map(VehicleOf::Standard),
+        _ => {
+            let section = read::<VehicleSection>(node, path, problems)?;
+            if let Some(message) = section.wrong_angle() {
+                problems.at(root, &format!("{path}.angles"), message);
+            }
+            Some(VehicleOf::Standard(section))
+        }
     }
 }
