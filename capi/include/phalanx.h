@@ -90,7 +90,8 @@ double phalanx_model(phalanx_participant *participant, int agent, const char *na
 
 /* ---- The graph and the disturbance, as they are in force. Before and in steps; nothing is allocated. ---- */
 
-/* Weight of the static link over which agent i receives from agent j, topology.A; 0 if there is none. Fails with NaN. */
+/* Weight of the static link over which agent i receives from agent j; 0 if there is none. If the graph switches (topology.at), this
+ * function and those below tell the graph of the step in progress, and that of step 0 before. Fails with NaN. */
 double phalanx_weight(phalanx_participant *participant, int i, int j);
 /* The same while both are `distance` metres apart: where there is no static link, that of topology.proximity. */
 double phalanx_weight_at(phalanx_participant *participant, int i, int j, double distance);

@@ -20,8 +20,8 @@ pub(crate) struct Participant {
     pub(crate) step: Step,
     /// What it can ask for and bind; `None` outside a run.
     pub(super) interface: Option<Interface>,
-    /// The graph, kept so that nothing is allocated when a step asks for it.
-    pub(super) graph: Option<Graph>,
+    /// The graphs from each of these steps on, kept so that nothing is allocated when a step asks for one; none outside a run.
+    pub(super) graphs: Vec<(u64, Graph)>,
     pub(super) stage: Stage,
     pub(super) ports: Vec<Port>,
     /// The parts of its outputs that it did not bind.
@@ -60,7 +60,7 @@ impl Participant {
             place: Place::default(),
             step: Step { index: 0, dt: 0.0 },
             interface: None,
-            graph: None,
+            graphs: Vec::new(),
             stage: Stage::Over,
             ports: Vec::new(),
             unbound: Vec::new(),
@@ -88,7 +88,7 @@ impl Participant {
             Ok((place, interface)) => Self {
                 step: Step { index: 0, dt: place.dt },
                 place,
-                graph: Some(interface.graph()),
+                graphs: interface.graphs(),
                 interface: Some(interface),
                 stage: Stage::Binding(Box::new(worker)),
                 error: CString::default(),

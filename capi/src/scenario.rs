@@ -106,8 +106,10 @@ impl Participant {
         }
     }
 
+    /// The graph of the step in progress; that of step 0 before.
     fn graph(&self) -> Result<&Graph, String> {
-        self.graph.as_ref().ok_or_else(|| "there is no graph outside a run".into())
+        let graph = self.graphs.iter().rev().find(|(start, _)| *start <= self.step.index);
+        graph.map(|(_, graph)| graph).ok_or_else(|| "there is no graph outside a run".into())
     }
 
     pub(crate) fn interface(&self) -> Result<&Interface, String> {

@@ -172,6 +172,7 @@ impl Participant for ReferenceCorrectionParticipant {
             if !step.is_first() {
                 layer.advance(step.dt);
             }
+            layer.follow(step.index);
             layer.update(&self.given);
         }
         for (i, seat) in self.seats.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Virtual agents: double integrators that do all the talking and form up on the reference, one per agent. (7.10), (7.53)
 
-use formation::math::{Projection, Topology, clip_vector};
+use formation::math::{Projection, TopologySchedule, clip_vector};
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
@@ -66,7 +66,9 @@ pub struct VirtualLayerGains {
 #[derive(Clone, Debug)]
 pub struct VirtualLayer {
     gains: VirtualLayerGains,
-    topology: Topology,
+    topology: TopologySchedule,
+    /// The step, which says which graph holds.
+    step: u64,
     /// x̄, m and rad.
     pub position: Vec<Vector3<f64>>,
     /// v̄.
@@ -81,11 +83,12 @@ pub struct VirtualLayer {
 
 impl VirtualLayer {
     /// Virtual agents at rest at `start`.
-    pub fn new(gains: VirtualLayerGains, topology: Topology, start: Vec<Vector3<f64>>) -> Self {
+    pub fn new(gains: VirtualLayerGains, topology: TopologySchedule, start: Vec<Vector3<f64>>) -> Self {
         let zeros = vec![Vector3::zeros(); start.len()];
         Self {
             gains,
             topology,
+            step: 0,
             position: start,
             velocity: zeros.clone(),
             input: zeros.clone(),
@@ -101,6 +104,11 @@ impl VirtualLayer {
             self.position[i] += dt * self.velocity[i] + 0.5 * dt * dt * self.input[i];
             self.velocity[i] += dt * self.input[i];
         }
+    }
+
+    /// Takes the graph of this step.
+    pub fn follow(&mut self, step: u64) {
+        self.step = step;
     }
 
     /// Computes every agent's input at the references of this instant.
@@ -130,8 +138,9 @@ impl VirtualLayer {
     }
 
     fn local_error(&self, i: usize, errors: &[Vector3<f64>]) -> Vector3<f64> {
-        let others = self.topology.neighbours(i).iter().map(|&j| errors[j]);
-        self.topology.local_error(i, &errors[i], others)
+        let graph = self.topology.at(self.step);
+        let others = graph.neighbours(i).iter().map(|&j| errors[j]);
+        graph.local_error(i, &errors[i], others)
     }
 }
 
@@ -252,6 +261,7 @@ impl Participant for VirtualAgentsParticipant {
         for (reference, trajectory) in self.references.iter_mut().zip(&self.trajectories) {
             *reference = trajectory.at(step.time());
         }
+        self.layer.follow(step.index);
         self.layer.update(&self.references);
         for (i, outputs) in self.outputs.iter().enumerate() {
             let agent = VirtualAgent {

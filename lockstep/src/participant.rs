@@ -117,6 +117,11 @@ impl<'a> Io<'a> {
         Self { store, ports, step }
     }
 
+    /// Number of the step, from 0.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
     /// The value of an input. Until its writer has run, an input reads as the initial sample of its channel; so does a delayed
     /// one at step 0.
     pub fn get<const D: usize>(&self, signal: In<D>) -> [f64; D] {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use formation::math::Neighbourhood;
+use formation::math::NeighbourhoodSchedule;
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::vehicle::Drive;
@@ -136,7 +136,7 @@ pub(crate) struct ErrorPorts {
 enum AccelerationPorts {
     None,
     Plant(LocalError),
-    Observer { graph: Neighbourhood, own: ObservedAcceleration, others: Vec<ObservedAcceleration> },
+    Observer { graph: NeighbourhoodSchedule, own: ObservedAcceleration, others: Vec<ObservedAcceleration> },
 }
 
 /// What makes up `u + γ2 - ddxd` of one agent.
@@ -164,8 +164,8 @@ impl ErrorPorts {
             AccelerationSource::Observer => {
                 let graph = context.topology.neighbourhood(agent);
                 let own = ObservedAcceleration::new(agent, bind)?;
-                let others = graph.neighbours().iter().map(|&other| ObservedAcceleration::new(other, bind));
-                AccelerationPorts::Observer { graph: graph.clone(), own, others: others.collect::<Result<_, _>>()? }
+                let others = graph.heard().iter().map(|&other| ObservedAcceleration::new(other, bind));
+                AccelerationPorts::Observer { own, others: others.collect::<Result<_, _>>()?, graph }
             }
         };
         Ok(Self {
@@ -198,8 +198,7 @@ impl ErrorPorts {
             AccelerationPorts::None => None,
             AccelerationPorts::Plant(errors) => Some(errors.local(io)),
             AccelerationPorts::Observer { graph, own, others } => {
-                let others = others.iter().map(|other| other.read(io));
-                Some(graph.local_error(&own.read(io), others))
+                Some(graph.local_error(io.step(), &own.read(io), |place| others[place].read(io)))
             }
         };
         SlidingErrors {

@@ -173,7 +173,7 @@ impl Component for LimitedInformation {
             others.push(MotionPorts::new(other, bind)?);
             radii.push(planar(context, agent)?.radius + planar(context, other)?.radius);
         }
-        let weight = context.topology.b(agent);
+        let weight = row.reference();
         Ok(Box::new(LimitedInformationParticipant {
             controller: LimitedInformationController::new(self.clone(), vehicle.clone(), weight, row, radii),
             own: MotionPorts::new(agent, bind)?,
@@ -247,6 +247,8 @@ struct LimitedInformationParticipant {
 impl Participant for LimitedInformationParticipant {
     fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
         let controller = &mut self.controller;
+        controller.row.follow(io.step());
+        controller.reference_weight = controller.row.reference();
         controller.update(
             &self.own.read(io),
             self.others.iter().map(|ports| ports.read(io)),

@@ -1,6 +1,6 @@
 //! Errors relative to the neighbours, bound to the signals that they are made of.
 
-use formation::math::{Neighbourhood, wrap};
+use formation::math::{NeighbourhoodSchedule, wrap};
 use formation::nalgebra::Vector3;
 use formation::scenario::Context;
 use formation::wiring::{Bind, Refusal};
@@ -10,7 +10,7 @@ use lockstep::{In, Io};
 /// theirs, which is treated alike.
 #[derive(Clone, Debug)]
 pub struct LocalError {
-    graph: Neighbourhood,
+    graph: NeighbourhoodSchedule,
     own: Deviation,
     others: Vec<Deviation>,
     /// Which coordinates are angles, whose differences are taken on the circle.
@@ -53,8 +53,8 @@ impl LocalError {
     ) -> Result<Self, Refusal> {
         let own = deviation(agent)?;
         let graph = context.topology.neighbourhood(agent);
-        let others = graph.neighbours().iter().map(|&other| deviation(other)).collect::<Result<_, _>>()?;
-        Ok(Self { graph: graph.clone(), own, others, angles: [false; 3] })
+        let others = graph.heard().iter().map(|&other| deviation(other)).collect::<Result<_, _>>()?;
+        Ok(Self { graph, own, others, angles: [false; 3] })
     }
 
     /// The same for an agent that knows nothing of the others: its local error is its own.
@@ -63,7 +63,7 @@ impl LocalError {
     /// See [`LocalError::new`].
     pub fn alone(agent: usize, bind: &mut Bind, name: &str) -> Result<Self, Refusal> {
         let own = Deviation { value: bind.state(agent, name)?, reference: Some(bind.reference(agent, name)?) };
-        Ok(Self { graph: Neighbourhood::alone(1.0), own, others: Vec::new(), angles: [false; 3] })
+        Ok(Self { graph: NeighbourhoodSchedule::alone(1.0), own, others: Vec::new(), angles: [false; 3] })
     }
 
     /// δ of the agent itself.
@@ -71,15 +71,14 @@ impl LocalError {
         self.on_the_circle(self.own.read(io))
     }
 
-    /// `e_i = Σ_j a_ij (δ_i - δ_j) + b_i δ_i`, the differences of angles on the circle.
+    /// `e_i = Σ_j a_ij (δ_i - δ_j) + b_i δ_i` with the graph of this step, the differences of angles on the circle.
     pub fn local(&self, io: &Io) -> Vector3<f64> {
         let own = self.own(io);
-        let others = self.others.iter().map(|deviation| {
-            let other = deviation.read(io);
+        self.graph.local_error(io.step(), &own, |place| {
+            let other = self.others[place].read(io);
             // The same where nothing is an angle, down to the bits.
             if self.angles == [false; 3] { other } else { own - self.on_the_circle(own - other) }
-        });
-        self.graph.local_error(&own, others)
+        })
     }
 
     fn on_the_circle(&self, mut difference: Vector3<f64>) -> Vector3<f64> {
@@ -124,7 +123,8 @@ mod tests {
         let deviation = |first| Deviation { value: In::new(first, 0), reference: Some(In::new(first + 1, 0)) };
         let weights = [vec![0.0, 2.0], vec![0.0, 0.0]];
         let topology = formation::math::Topology::new(&weights, vec![0.5, 0.0]).unwrap();
-        LocalError { graph: topology.neighbourhood(0).clone(), own: deviation(0), others: vec![deviation(2)], angles }
+        let graph = formation::math::TopologySchedule::from(topology).neighbourhood(0);
+        LocalError { graph, own: deviation(0), others: vec![deviation(2)], angles }
     }
 
     #[test]

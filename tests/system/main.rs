@@ -38,6 +38,7 @@ mod shortage;
 mod stopping;
 mod swaps;
 mod tap;
+mod topology;
 mod tutorial;
 mod validation;
 mod vehicles;

@@ -16,7 +16,7 @@
 //!
 //! The law does not know the drag, which therefore leaves an error.
 
-use formation::math::Neighbourhood;
+use formation::math::NeighbourhoodSchedule;
 use formation::nalgebra::{Vector2, Vector4};
 use formation::scenario::Context;
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
@@ -67,8 +67,8 @@ impl Component for TipConsensus {
                 "the controller `tip_consensus` drives carts, which in `[vehicle]` are `kind = \"integrator\"`".into(),
             )
         })?;
-        let graph = context.topology.neighbourhood(agent).clone();
-        let others = graph.neighbours().iter().map(|&other| Sight::new(other, bind)).collect::<Result<_, _>>()?;
+        let graph = context.topology.neighbourhood(agent);
+        let others = graph.heard().iter().map(|&other| Sight::new(other, bind)).collect::<Result<_, _>>()?;
         Ok(Box::new(TipController {
             law: self.clone(),
             mass: body.mass,
@@ -101,7 +101,7 @@ struct TipController {
     law: TipConsensus,
     mass: f64,
     inertia: f64,
-    graph: Neighbourhood,
+    graph: NeighbourhoodSchedule,
     own: Sight,
     others: Vec<Sight>,
     feedforward: In<3>,
@@ -111,8 +111,7 @@ struct TipController {
 impl Participant for TipController {
     fn step(&mut self, _: &Step, io: &mut Io) -> Result<(), Fault> {
         let own = self.own.deviation(self.law.l, io);
-        let others = self.others.iter().map(|other| other.deviation(self.law.l, io));
-        let error = self.graph.local_error(&own, others);
+        let error = self.graph.local_error(io.step(), &own, |place| self.others[place].deviation(self.law.l, io));
         let [x, y, _] = io.get(self.feedforward);
         let demand = self.law.demand(Vector2::new(x, y), error.xy(), Vector2::new(error.z, error.w));
         let input = self.law.inputs(demand, &self.own.pose(io), self.mass, self.inertia);

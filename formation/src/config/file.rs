@@ -10,6 +10,8 @@ use super::parse::SIZE_LIMIT;
 
 /// How every log begins.
 const LOG: &[u8] = b"\x89MCAP0\r\n";
+/// Data may be longer than what people write by hand.
+const DATA_LIMIT: usize = 64 << 20;
 /// How long a pipe may be without a program that writes into it.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -22,6 +24,9 @@ pub enum TextError {
     /// It is longer than such a file may be.
     #[error("it is longer than 4 MB; a scenario or the description of a robot has at most 4 MB")]
     TooLong,
+    /// It is longer than a file of data may be.
+    #[error("it is longer than 64 MB; a file of data has at most 64 MB")]
+    DataTooLong,
     /// It is a recording.
     #[error("this is an MCAP log; give it to `phalanx report`, `phalanx info` or `phalanx replay`")]
     Log,
@@ -38,23 +43,31 @@ pub enum TextError {
 /// # Errors
 /// [`TextError`] if it is longer, a log, not a text, or cannot be read.
 pub fn read_text(path: &Path) -> Result<String, TextError> {
-    read_within(path, PATIENCE)
+    read_within(path, PATIENCE, SIZE_LIMIT, TextError::TooLong)
 }
 
-fn read_within(path: &Path, patience: Duration) -> Result<String, TextError> {
-    let bytes = limited(open(path, patience)?)?;
+/// Reads a file of data that a scenario names. No more than 64 MB of it are read.
+///
+/// # Errors
+/// [`TextError`] as for [`read_text`].
+pub fn read_data(path: &Path) -> Result<String, TextError> {
+    read_within(path, PATIENCE, DATA_LIMIT, TextError::DataTooLong)
+}
+
+fn read_within(path: &Path, patience: Duration, limit: usize, too_long: TextError) -> Result<String, TextError> {
+    let bytes = limited(open(path, patience)?, limit)?;
     if bytes.starts_with(LOG) {
         return Err(TextError::Log);
     }
-    if bytes.len() > SIZE_LIMIT {
-        return Err(TextError::TooLong);
+    if bytes.len() > limit {
+        return Err(too_long);
     }
     String::from_utf8(bytes).map_err(|error| TextError::NotText(error.utf8_error().valid_up_to()))
 }
 
 /// The first bytes of the file, one more than a text may have.
-fn limited(file: File) -> io::Result<Vec<u8>> {
-    let mut file = file.take(SIZE_LIMIT as u64 + 1);
+fn limited(file: File, limit: usize) -> io::Result<Vec<u8>> {
+    let mut file = file.take(limit as u64 + 1);
     let mut bytes = vec![0; LOG.len()];
     let mut length = 0;
     // A log is known by its start, and may be long.
@@ -101,7 +114,7 @@ mod tests {
     use super::*;
 
     fn refusal(path: &str) -> String {
-        read_within(Path::new(path), Duration::from_millis(1)).unwrap_err().to_string()
+        read_within(Path::new(path), Duration::from_millis(1), SIZE_LIMIT, TextError::TooLong).unwrap_err().to_string()
     }
 
     #[test]

@@ -1,6 +1,14 @@
 //! The communication graph: which agents receive from which, and which know the reference.
 
+mod families;
+mod schedule;
+mod spectrum;
+
 use nalgebra::SVector;
+
+pub use families::{Family, Orientation};
+pub use schedule::{NeighbourhoodSchedule, TopologySchedule};
+pub use spectrum::Spectrum;
 
 /// A directed, weighted graph with a reference link per agent.
 ///
@@ -9,6 +17,27 @@ use nalgebra::SVector;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Topology {
     rows: Vec<Neighbourhood>,
+}
+
+/// A directed link: the agent `to` receives from the agent `from`, both numbered from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// The sender.
+    pub from: usize,
+    /// The receiver.
+    pub to: usize,
+    /// Its weight; 0 means that there is no link.
+    pub weight: f64,
+}
+
+/// A link that a graph cannot have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct LinkError {
+    /// Its place in the list of links, from 0.
+    pub place: usize,
+    /// What is wrong with it; agents are numbered from 1 here.
+    pub message: String,
 }
 
 /// What one agent knows of the graph: the links over which it receives, and the weight of its link to the reference.
@@ -88,6 +117,81 @@ impl Topology {
         }
         let row = |(row, b): (&Vec<f64>, f64)| Neighbourhood::new(row.iter().copied().enumerate(), b);
         Ok(Self { rows: rows.iter().zip(reference).map(row).collect() })
+    }
+
+    /// A graph from a list of its links and the weights b of the reference links, one per agent.
+    ///
+    /// # Errors
+    /// [`LinkError`] for a link to an agent that does not exist or to itself, a weight that is negative or not finite, and a link that
+    /// is listed twice with different weights.
+    pub fn from_links(links: &[Link], reference: Vec<f64>) -> Result<Self, LinkError> {
+        let size = reference.len();
+        if let Some((place, message)) =
+            links.iter().enumerate().find_map(|(place, link)| link.problem(size).map(|message| (place, message)))
+        {
+            return Err(LinkError { place, message });
+        }
+        let mut order: Vec<usize> = (0..links.len()).collect();
+        order.sort_by_key(|&place| (links[place].to, links[place].from, place));
+        let mut rows: Vec<Neighbourhood> = reference.into_iter().map(Neighbourhood::alone).collect();
+        for place in order {
+            let Link { from, to, weight } = links[place];
+            let row = &mut rows[to];
+            if row.neighbours.last() == Some(&from) {
+                let earlier = row.weights[row.weights.len() - 1];
+                if earlier != weight {
+                    let (from, to) = (from + 1, to + 1);
+                    let message =
+                        format!("the link from {from} to {to} is given twice, with the weights {earlier} and {weight}");
+                    return Err(LinkError { place, message });
+                }
+            } else if weight > 0.0 {
+                row.neighbours.push(from);
+                row.weights.push(weight);
+            }
+        }
+        Ok(Self { rows })
+    }
+
+    /// The graph that has every link that one of these graphs has, with the largest of its weights; the same for the links to the
+    /// reference.
+    pub fn union<'a>(graphs: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut rows: Vec<Neighbourhood> = Vec::new();
+        for graph in graphs {
+            rows.resize_with(rows.len().max(graph.size()), || Neighbourhood::alone(0.0));
+            for (row, other) in rows.iter_mut().zip(&graph.rows) {
+                let mut all: Vec<usize> = row.neighbours.iter().chain(&other.neighbours).copied().collect();
+                all.sort_unstable();
+                all.dedup();
+                let weight = |j: usize| row.weight(j).max(other.weight(j));
+                *row = Neighbourhood::new(all.into_iter().map(|j| (j, weight(j))), row.reference.max(other.reference));
+            }
+        }
+        Self { rows }
+    }
+
+    /// The same links with other weights b of the reference links.
+    ///
+    /// # Errors
+    /// If there are not as many weights as agents.
+    pub fn with_reference(mut self, reference: &[f64]) -> Result<Self, String> {
+        if reference.len() != self.size() {
+            return Err(format!("expected {} weights, one per agent, found {}", self.size(), reference.len()));
+        }
+        self.rows.iter_mut().zip(reference).for_each(|(row, &b)| row.reference = b);
+        Ok(self)
+    }
+
+    /// All links, by receiver and then by sender.
+    pub fn links(&self) -> impl Iterator<Item = Link> {
+        self.rows.iter().enumerate().flat_map(|(to, row)| {
+            row.neighbours.iter().zip(&row.weights).map(move |(&from, &weight)| Link { from, to, weight })
+        })
+    }
+
+    /// Whether every link has one of the same weight in the other direction.
+    pub fn is_symmetric(&self) -> bool {
+        self.links().all(|Link { from, to, weight }| self.a(from, to) == weight)
     }
 
     /// The directed ring 1 -> 2 -> ... -> N -> 1 with unit weights; `reference` are the weights of the reference links.
@@ -185,6 +289,20 @@ impl Topology {
     }
 }
 
+impl Link {
+    /// What is wrong with it in a graph of `size` agents, which are numbered from 1 here.
+    fn problem(&self, size: usize) -> Option<String> {
+        let Self { from, to, weight } = *self;
+        if let Some(agent) = [from, to].into_iter().find(|&agent| agent >= size) {
+            return Some(format!("expected agents from 1 to {size}, found {}", agent.wrapping_add(1)));
+        }
+        if from == to {
+            return Some(format!("an agent is not its own neighbour, found a link from {0} to {0}", from + 1));
+        }
+        (!(weight.is_finite() && weight >= 0.0)).then(|| format!("a weight is a number >= 0, found {weight}"))
+    }
+}
+
 /// Whether each agent is among `start` or can be reached from there over `next`, which lists by agent where a link leads.
 fn reached(next: &[impl AsRef<[usize]>], start: impl IntoIterator<Item = usize>) -> Vec<bool> {
     let mut reached = vec![false; next.len()];
@@ -198,131 +316,4 @@ fn reached(next: &[impl AsRef<[usize]>], start: impl IntoIterator<Item = usize>)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// The matrix A.
-    fn matrix(graph: &Topology) -> Vec<Vec<f64>> {
-        (0..graph.size()).map(|i| graph.dense_row(i)).collect()
-    }
-
-    /// The matrix `L + B`.
-    fn laplacian_plus_b(graph: &Topology) -> Vec<Vec<f64>> {
-        let row = |i: usize| -> Vec<f64> {
-            let degree: f64 = graph.dense_row(i).iter().sum();
-            (0..graph.size()).map(|j| if i == j { degree + graph.b(i) } else { -graph.a(i, j) }).collect()
-        };
-        (0..graph.size()).map(row).collect()
-    }
-
-    fn rows() -> impl Strategy<Value = Vec<Vec<f64>>> {
-        (2..7usize).prop_flat_map(|n| {
-            proptest::collection::vec(prop_oneof![Just(0.0), 0.1..3.0f64], n * n).prop_map(move |weights| {
-                (0..n).map(|i| (0..n).map(|j| if i == j { 0.0 } else { weights[i * n + j] }).collect()).collect()
-            })
-        })
-    }
-
-    /// As the definition has it: every agent from every other, and the reference from leader to leader.
-    fn reaches(rows: &[Vec<f64>]) -> Vec<Vec<bool>> {
-        let n = rows.len();
-        let mut reaches: Vec<Vec<bool>> =
-            (0..n).map(|i| (0..n).map(|j| i == j || rows[j][i] > 0.0).collect()).collect();
-        for via in 0..n {
-            for from in 0..n {
-                for to in 0..n {
-                    reaches[from][to] |= reaches[from][via] && reaches[via][to];
-                }
-            }
-        }
-        reaches
-    }
-
-    proptest! {
-        #[test]
-        fn a_graph_gives_its_matrix_back(rows in rows()) {
-            prop_assert_eq!(matrix(&Topology::new(&rows, vec![1.0; rows.len()]).unwrap()), rows);
-        }
-
-        #[test]
-        fn paths_are_found_where_there_are_any(rows in rows(), leaders in proptest::collection::vec(proptest::bool::ANY, 7)) {
-            let n = rows.len();
-            let b = leaders[..n].iter().map(|&leads| f64::from(u8::from(leads))).collect();
-            let (graph, reaches) = (Topology::new(&rows, b).unwrap(), reaches(&rows));
-            let mut pairs = (0..n).flat_map(|from| (0..n).map(move |to| (from, to)));
-            prop_assert_eq!(graph.unreachable_pair(), pairs.find(|&(from, to)| !reaches[from][to]));
-            let is_led = |to: usize| (0..n).any(|from| leaders[from] && reaches[from][to]);
-            prop_assert_eq!(graph.unled_agent(), (0..n).find(|&agent| !is_led(agent)));
-        }
-
-        #[test]
-        fn rows_of_the_laplacian_sum_to_b(rows in rows(), b in 0.1..3.0f64) {
-            let graph = Topology::new(&rows, vec![b; rows.len()]).unwrap();
-            for row in laplacian_plus_b(&graph) {
-                prop_assert!((row.iter().sum::<f64>() - b).abs() < 1e-12);
-            }
-        }
-
-        /// L + B is strictly row diagonally dominant, hence every real part of its spectrum is positive; for a symmetric
-        /// graph that makes it positive definite.
-        #[test]
-        fn symmetric_graphs_give_positive_definite_matrices(rows in rows(), b in 0.1..3.0f64, x in proptest::collection::vec(-1.0..1.0f64, 7)) {
-            let n = rows.len();
-            let symmetric: Vec<Vec<f64>> =
-                (0..n).map(|i| (0..n).map(|j| rows[i][j] + rows[j][i]).collect()).collect();
-            let graph = Topology::new(&symmetric, vec![b; n]).unwrap();
-            let matrix = laplacian_plus_b(&graph);
-            let form: f64 = (0..n).map(|i| (0..n).map(|j| x[i] * matrix[i][j] * x[j]).sum::<f64>()).sum();
-            let norm: f64 = x[..n].iter().map(|v| v * v).sum();
-            prop_assert!(form >= b * norm - 1e-9);
-        }
-
-        #[test]
-        fn local_errors_are_the_rows_of_l_plus_b(rows in rows(), x in proptest::collection::vec(-5.0..5.0f64, 7)) {
-            let n = rows.len();
-            let graph = Topology::new(&rows, vec![1.5; n]).unwrap();
-            let matrix = laplacian_plus_b(&graph);
-            for i in 0..n {
-                let others = graph.neighbours(i).iter().map(|&j| SVector::<f64, 1>::new(x[j]));
-                let local = graph.local_error(i, &SVector::<f64, 1>::new(x[i]), others)[0];
-                let expected: f64 = (0..n).map(|j| matrix[i][j] * x[j]).sum();
-                prop_assert!((local - expected).abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn strong_connection() {
-        let ring = Topology::ring(vec![1.0; 4]);
-        assert_eq!(ring.unreachable_pair(), None);
-        assert_eq!(ring.neighbours(0), [3]);
-        let mut rows = matrix(&ring);
-        rows[2][1] = 0.0;
-        let path = Topology::new(&rows, vec![1.0; 4]).unwrap();
-        assert_eq!(path.unreachable_pair(), Some((0, 2)));
-    }
-
-    #[test]
-    fn leaders_lead_those_who_hear_of_them() {
-        let mut rows = matrix(&Topology::two_way_ring(vec![1.0; 4]));
-        assert_eq!(rows, [[0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 1.0, 0.0]]);
-        let led_by_last = |rows: &[Vec<f64>]| Topology::new(rows, vec![0.0, 0.0, 0.0, 1.0]).unwrap().unled_agent();
-        assert_eq!(led_by_last(&rows), None);
-        rows[0][3] = 0.0;
-        assert_eq!(led_by_last(&rows), None);
-        rows[2][3] = 0.0;
-        assert_eq!(led_by_last(&rows), Some(0));
-        assert_eq!(Topology::new(&vec![vec![0.0; 3]; 3], vec![1.0; 3]).unwrap().unled_agent(), None);
-        assert_eq!(matrix(&Topology::two_way_ring(vec![1.0; 2])), [[0.0, 1.0], [1.0, 0.0]]);
-    }
-
-    #[test]
-    fn malformed_matrices_are_refused_with_the_place() {
-        let refuse = |rows: &[Vec<f64>]| Topology::new(rows, vec![1.0; 2]).unwrap_err();
-        assert_eq!(refuse(&[vec![0.0, 1.0]]), "expected 2 rows, one per agent, found 1");
-        assert_eq!(refuse(&[vec![0.0, 1.0], vec![1.0]]), "expected 2 x 2 values, found 1 in row 2");
-        assert!(refuse(&[vec![0.0, -1.0], vec![1.0, 0.0]]).contains("row 1, column 2"));
-        assert!(refuse(&[vec![1.0, 1.0], vec![1.0, 0.0]]).contains("not its own neighbour"));
-    }
-}
+mod tests;

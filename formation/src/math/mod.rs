@@ -14,7 +14,9 @@ mod random;
 pub use angle::wrap;
 pub use bouc_wen::BoucWen;
 pub use differentiator::{Differentiator, DifferentiatorGains};
-pub use graph::{Neighbourhood, Topology};
+pub use graph::{
+    Family, Link, LinkError, Neighbourhood, NeighbourhoodSchedule, Orientation, Spectrum, Topology, TopologySchedule,
+};
 pub use integrate::{Integrator, Method, Rk4};
 pub use lp::regulate;
 pub use potential::PotentialField;

@@ -2,17 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
-use serde::Deserialize;
-
-use super::adjacency::Adjacency;
 use super::agents::read_agents;
 use super::formulas::Formulas;
 use super::model::Vehicles;
+use super::topology::read_topology;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, Sort, did_you_mean, read};
 use crate::formula::{Formula, Jet};
-use crate::math::Topology;
+use crate::math::TopologySchedule;
 use crate::vehicle::Actuator;
 
 /// The parts of a scenario that are not parameters of one component.
@@ -20,8 +17,8 @@ use crate::vehicle::Actuator;
 pub struct Context {
     /// The agents in order.
     pub agents: Vec<Agent>,
-    /// Who receives from whom.
-    pub topology: Topology,
+    /// Who receives from whom, over time.
+    pub topology: TopologySchedule,
     /// The graph need not be strongly connected: the scenario says so, or only some of its agents were chosen.
     pub any_graph: bool,
     /// Links that appear when agents come close; `None` if the scenario has none or has switched them off.
@@ -42,22 +39,6 @@ pub struct Context {
     pub disturbance: Vec<Disturbance>,
     /// What the agents must not run into, if there is anything.
     pub obstacles: Option<Obstacles>,
-}
-
-/// `[topology]`: who receives from whom.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct TopologySection {
-    /// Row i lists the weights of the links over which agent i receives; or the name of a graph, by default `ring`.
-    #[serde(rename = "A")]
-    adjacency: Option<Adjacency>,
-    /// Weights of the links to the reference.
-    b: PerAgent,
-    /// Links that appear when agents come close.
-    proximity: Option<Proximity>,
-    /// Allows a graph that is not strongly connected, as long as the reference reaches everybody.
-    #[serde(default)]
-    any_graph: bool,
 }
 
 impl Context {
@@ -84,12 +65,12 @@ impl Context {
             problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
         }
         let agents = read_agents(root, &vehicles, &parameters, problems);
-        let (topology, proximity, any_graph) = read_topology(root, &agents, problems);
+        let links = read_topology(root, &agents, seed, timing.dt, problems);
         let mut context = Self {
             agents,
-            topology,
-            any_graph,
-            proximity,
+            topology: links.topology,
+            any_graph: links.any_graph,
+            proximity: links.proximity,
             timing,
             seed,
             input_limit,
@@ -250,31 +231,4 @@ fn check_keys(root: &Node, section: &str, known: &[&str], problems: &mut Problem
         let message = format!("unknown field, expected one of {}{hint}", known.join(", "));
         problems.at(root, &format!("{section}.{name}"), message).sort = Sort::Unknown;
     }
-}
-
-/// The graph, its links by distance, and whether it may be any graph; a ring where something is wrong, which is reported.
-fn read_topology(root: &Node, agents: &[Agent], problems: &mut Problems) -> (Topology, Option<Proximity>, bool) {
-    let mut reference = vec![1.0; agents.len()];
-    let (mut adjacency, mut proximity, mut any_graph) = (Adjacency::Ring, None, false);
-    if let Some(section) = section::<TopologySection>(root, "topology", problems) {
-        let ids: Vec<u32> = agents.iter().map(|agent| agent.id).collect();
-        match section.b.resolve(agents.len(), &ids) {
-            Ok(values) => reference = values,
-            Err(message) => _ = problems.at(root, "topology.b", message),
-        }
-        adjacency = section.adjacency.unwrap_or(adjacency);
-        for (field, message) in section.proximity.iter().flat_map(Proximity::findings) {
-            problems.at(root, &format!("topology.proximity.{field}"), message);
-        }
-        proximity = section.proximity.filter(|proximity| proximity.enabled);
-        any_graph = section.any_graph;
-    }
-    if let Some(weight) = reference.iter().find(|weight| !(weight.is_finite() && **weight >= 0.0)) {
-        problems.at(root, "topology.b", format!("expected weights >= 0, found {weight}"));
-    }
-    let topology = adjacency.graph(reference).unwrap_or_else(|message| {
-        problems.at(root, "topology.A", message);
-        Topology::ring(vec![1.0; agents.len()])
-    });
-    (topology, proximity, any_graph)
 }

@@ -1,7 +1,7 @@
 //! The communication graph of a run, for programs of users.
 
 use super::{AgentNumber, Proximity};
-use crate::math::Topology;
+use crate::math::{Topology, TopologySchedule};
 
 /// The communication graph as it is in force: the static links, the reference links, and the links by distance.
 #[derive(Clone, Debug)]
@@ -13,6 +13,11 @@ pub struct Graph {
 impl Graph {
     pub(super) fn new(topology: &Topology, proximity: Option<Proximity>) -> Self {
         Self { topology: topology.clone(), proximity }
+    }
+
+    /// All graphs of a run: first step and graph, in order.
+    pub(super) fn over_time(topology: &TopologySchedule, proximity: Option<Proximity>) -> Vec<(u64, Self)> {
+        topology.intervals().iter().map(|(start, graph)| (*start, Self::new(graph, proximity))).collect()
     }
 
     /// Weight of the static link over which `i` receives from `j`; 0 if there is none.

@@ -12,6 +12,7 @@ use super::ranges::read_ranges;
 use super::raw::RawScenario;
 use super::realtime::read_overrun;
 use super::run_sections::{read_edges, read_groups, read_swaps};
+use super::topology::resolve_files;
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
 use crate::config::{Entry, Node, Problem, Problems, Source, Table, Value, did_you_mean, read};
 use crate::role::Role;
@@ -104,7 +105,13 @@ impl Scenario {
         let variant = select_variant(&mut root, chosen, &variants)?;
         resolve(&mut root, file)?;
         let rest: Vec<Override> = overrides.into_iter().filter(|o| o.value_of("variant").is_none()).collect();
+        // The command line may choose among the agents of a graph, or give another graph.
+        let is_graph = |o: &Override| o.path().starts_with("topology.graph");
+        if !rest.iter().any(is_graph) {
+            resolve_files(&mut root, file)?;
+        }
         apply(&mut root, &rest)?;
+        resolve_files(&mut root, file)?;
         // An override may have chosen another vehicle.
         resolve(&mut root, file)?;
         complete(&mut root);

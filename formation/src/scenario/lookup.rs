@@ -42,9 +42,14 @@ pub enum LookupError {
 }
 
 impl Scenario {
-    /// The communication graph.
+    /// The communication graph at the start of the run.
     pub fn graph(&self) -> Graph {
-        Graph::new(&self.context.topology, self.context.proximity)
+        Graph::new(self.context.topology.first(), self.context.proximity)
+    }
+
+    /// The communication graphs of the run, each with the step from which on it holds, in order.
+    pub fn graphs(&self) -> Vec<(u64, Graph)> {
+        Graph::over_time(&self.context.topology, self.context.proximity)
     }
 
     /// Whether there is a value of this name.
@@ -116,8 +121,8 @@ impl Scenario {
             ["timing", "dt"] => Some(context.timing.dt),
             ["timing", "duration"] => Some(context.timing.duration),
             ["topology", "any_graph"] => Some(truth(context.any_graph)),
-            ["topology", "A", i, j] => Some(context.topology.a(agent(i)?, agent(j)?)),
-            ["topology", "b", i] => Some(context.topology.b(agent(i)?)),
+            ["topology", "A", i, j] => Some(context.topology.first().a(agent(i)?, agent(j)?)),
+            ["topology", "b", i] => Some(context.topology.first().b(agent(i)?)),
             ["agents", i, field] => parameter(&context.agents[agent(i)?], field),
             ["agents", i, field, j] => coordinates(&context.agents[agent(i)?], field)?.get(element(j)?).copied(),
             ["plant", "per_agent"] => Some(truth(self.plant_per_agent)),

@@ -3,7 +3,6 @@
 //! [`Scenario::load`] reads a file, overlays a variant and the overrides of the command line, and checks everything that does
 //! not depend on a component. [`Assembly`](crate::wiring::Assembly) then reads the components and connects them.
 
-mod adjacency;
 mod agent_number;
 mod agents;
 mod context;
@@ -29,6 +28,7 @@ mod schema;
 mod shipped;
 mod standard_vehicle;
 mod timing;
+mod topology;
 
 pub use agent_number::AgentNumber;
 pub use agents::Agent;

@@ -1,9 +1,9 @@
 //! Overrides of the command line: short names, whole columns of the agents, and paths.
 
 use super::SECTIONS;
-use super::adjacency::TWO_WAY_RING;
 use super::agents::AGENT_FIELDS;
 use super::renumber::{Renumbering, repeat_emulators};
+use super::topology::{TWO_WAY_RING, choose_agents};
 use crate::config::{Node, Origin, Problem, Sort, Value, brief, did_you_mean};
 
 /// Names of the thesis and of its specifications for fields that are called otherwise here.
@@ -20,6 +20,8 @@ const ALIASES: &[(&str, &str)] = &[
     ("A", "topology.A"),
     ("A1", "topology.A"),
     ("b", "topology.b"),
+    ("graph", "topology.graph"),
+    ("leaders", "topology.leaders"),
     ("UM", "vehicle.UM"),
     ("any_graph", "topology.any_graph"),
 ];
@@ -97,7 +99,7 @@ pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), Probl
     let any_of = |names: &[&str]| overrides.iter().any(|o| names.contains(&o.path));
     let rows = overrides.iter().any(chooses_rows);
     let given = Given {
-        adjacency: any_of(&["A", "A1", "topology.A"]),
+        adjacency: any_of(&["A", "A1", "topology.A", "graph", "topology.graph"]),
         count: any_of(&["agents", "N", "x0"]),
         rows,
         chosen: rows || any_of(&["N"]),
@@ -250,20 +252,11 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
         return Ok(());
     }
     // What is left of a strongly connected graph need not be one.
-    if let Some(topology) = root.at_mut("topology").and_then(Node::as_table_mut) {
-        topology.insert("any_graph", Node { value: Value::Bool(true), origin: o.origin.clone() });
-    }
-    let pick = |nodes: &mut Vec<Node>| {
-        if nodes.len() == count {
-            *nodes = rows.iter().map(|row| nodes[row - 1].clone()).collect();
+    if let Some(topology) = root.at_mut("topology") {
+        choose_agents(topology, count, rows);
+        if let Some(table) = topology.as_table_mut() {
+            table.insert("any_graph", Node { value: Value::Bool(true), origin: o.origin.clone() });
         }
-    };
-    if let Some(adjacency) = root.at_mut("topology.A").and_then(Node::as_array_mut) {
-        pick(adjacency);
-        adjacency.iter_mut().filter_map(Node::as_array_mut).for_each(pick);
-    }
-    if let Some(weights) = root.at_mut("topology.b").and_then(Node::as_array_mut) {
-        pick(weights);
     }
     Ok(())
 }

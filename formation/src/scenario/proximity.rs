@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::math::Topology;
+use crate::math::TopologySchedule;
 
 /// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range. (4.5)
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -49,7 +49,10 @@ impl Proximity {
 /// The row of one agent in the adjacency matrix of this instant: static weights, and links to the agents that are near.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjacencyRow {
-    fixed: Vec<f64>,
+    /// The static weights from each of these steps on, and that of the link to the reference.
+    rows: Vec<(u64, Vec<f64>, f64)>,
+    /// The one of this instant.
+    current: usize,
     heard: Vec<usize>,
     proximity: Option<Proximity>,
     /// a_ij, one value per agent; 0 for the agent itself.
@@ -58,13 +61,29 @@ pub struct AdjacencyRow {
 
 impl AdjacencyRow {
     /// The row of `agent` (from 0) of a graph with these static links, and links by distance if there are any.
-    pub fn new(topology: &Topology, proximity: Option<Proximity>, agent: usize) -> Self {
-        let fixed = topology.dense_row(agent);
+    pub fn new(topology: &TopologySchedule, proximity: Option<Proximity>, agent: usize) -> Self {
+        let rows = topology
+            .intervals()
+            .iter()
+            .map(|(start, graph)| (*start, graph.dense_row(agent), graph.b(agent)))
+            .collect();
         let heard = match proximity {
             Some(_) => (0..topology.size()).filter(|&other| other != agent).collect(),
-            None => topology.neighbours(agent).to_vec(),
+            None => topology.neighbourhood(agent).heard().to_vec(),
         };
-        Self { weights: fixed.clone(), fixed, heard, proximity }
+        Self { weights: topology.first().dense_row(agent), rows, current: 0, heard, proximity }
+    }
+
+    /// Takes the static links of this step, before [`AdjacencyRow::update`].
+    pub fn follow(&mut self, step: u64) {
+        while self.rows.get(self.current + 1).is_some_and(|(start, ..)| *start <= step) {
+            self.current += 1;
+        }
+    }
+
+    /// b_i, the weight of the link to the reference at the step that was followed last.
+    pub fn reference(&self) -> f64 {
+        self.rows[self.current].2
     }
 
     /// The agents whose signals may matter, ascending: all others if links depend on the distance, else the in-neighbours.
@@ -74,9 +93,10 @@ impl AdjacencyRow {
 
     /// Sets a_ij for an agent `other` that is heard, at `distance` (m), and returns it. A static link stays as it is. (4.5)
     pub fn update(&mut self, other: usize, distance: f64) -> f64 {
+        let fixed = self.rows[self.current].1[other];
         self.weights[other] = match &self.proximity {
-            Some(proximity) if self.fixed[other] == 0.0 => proximity.weight(distance),
-            _ => self.fixed[other],
+            Some(proximity) if fixed == 0.0 => proximity.weight(distance),
+            _ => fixed,
         };
         self.weights[other]
     }
@@ -91,7 +111,13 @@ mod tests {
 
     fn row(proximity: Option<Proximity>) -> AdjacencyRow {
         let heard = if proximity.is_some() { vec![1, 2] } else { vec![2] };
-        AdjacencyRow { fixed: vec![0.0, 0.0, 1.0], weights: vec![0.0, 0.0, 1.0], heard, proximity }
+        AdjacencyRow {
+            rows: vec![(0, vec![0.0, 0.0, 1.0], 1.0)],
+            current: 0,
+            weights: vec![0.0, 0.0, 1.0],
+            heard,
+            proximity,
+        }
     }
 
     proptest! {

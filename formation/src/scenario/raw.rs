@@ -12,11 +12,11 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
 use super::agents::Row;
-use super::context::TopologySection;
 use super::elsewhere::Elsewhere;
 use super::model::{NamedVehicles, vehicle_schema};
 use super::realtime::RealtimeSection;
 use super::run_sections::PlacementSection;
+use super::topology::TopologySection;
 use super::{Expectation, Obstacles, Timing, schema};
 
 /// All sections of a scenario file, in the order of its documentation. Each may be missing here; what a run needs is required

@@ -4,27 +4,8 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::adjacency::{Adjacency, RING, TWO_WAY_RING};
 use super::coordinates::Coordinates;
 use super::{MOST_RESTARTS, OnFailure};
-
-impl JsonSchema for Adjacency {
-    fn schema_name() -> Cow<'static, str> {
-        "Adjacency".into()
-    }
-
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let row = json_schema!({ "type": "array", "items": crate::config::number() });
-        json_schema!({ "anyOf": [
-            { "type": "array", "items": row, "description": "The matrix, row by row." },
-            { "enum": [RING, TWO_WAY_RING], "description": "A ring 1, 2, ..., N, 1 with unit weights: one way or both." },
-        ] })
-    }
-}
 
 impl JsonSchema for Coordinates {
     fn schema_name() -> Cow<'static, str> {

@@ -129,9 +129,9 @@ impl Checks {
         self.require(admissible, field, format!("expected a number between {low} and {high}, found {value}"))
     }
 
-    /// Every agent must know the reference or hear of it from others.
+    /// Every agent must know the reference or hear of it from others; where the graph switches, over links that exist at any time.
     pub fn led(mut self, context: &Context) -> Self {
-        if let Some(agent) = context.topology.unled_agent() {
+        if let Some(agent) = context.topology.union().unled_agent() {
             let message =
                 format!("agent {} neither has b > 0 nor hears, over any links, of an agent that has", agent + 1);
             self.findings.push(("/topology.b".into(), message));
@@ -139,12 +139,12 @@ impl Checks {
         self
     }
 
-    /// The communication graph must be strongly connected; where the scenario allows any graph, the reference must reach every agent.
+    /// The communication graph must be strongly connected (where it switches, the union of its graphs); where the scenario allows any graph, the reference must reach every agent.
     pub fn strongly_connected(mut self, context: &Context) -> Self {
         if context.any_graph {
             return self.led(context);
         }
-        if let Some((from, to)) = context.topology.unreachable_pair() {
+        if let Some((from, to)) = context.topology.union().unreachable_pair() {
             self.findings.push((
                 "/topology.A".into(),
                 format!(

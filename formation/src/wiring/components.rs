@@ -49,6 +49,8 @@ pub(super) fn read_component(
     let component = (kind.read)(&parameters, role.name(), problems)?;
     for (field, message) in component.check(&scenario.context).findings {
         let path = match field.strip_prefix('/') {
+            // The links may be given in another way than as a matrix.
+            Some("topology.A") if scenario.section("topology.graph").is_some() => "topology.graph".to_string(),
             Some(absolute) => absolute.to_string(),
             None => format!("{role}.{field}"),
         };

@@ -113,9 +113,14 @@ impl Interface {
         number.ok_or_else(|| Refusal(format!("the model of agent {agent} has no number called `{name}`")))
     }
 
-    /// The communication graph.
+    /// The communication graph at the start of the run.
     pub fn graph(&self) -> Graph {
         self.scenario.graph()
+    }
+
+    /// The communication graphs of the run, each with the step from which on it holds, in order.
+    pub fn graphs(&self) -> Vec<(u64, Graph)> {
+        self.scenario.graphs()
     }
 
     /// What disturbs `agent`, to be evaluated in any step.

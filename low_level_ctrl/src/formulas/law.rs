@@ -20,6 +20,8 @@ pub(super) struct Program {
     pub(super) position: Option<Slice>,
     /// Slots of the weight a_ij and of the number j.
     pub(super) link: [usize; 2],
+    /// Slot of the weight b_i.
+    pub(super) reference_weight: usize,
     /// Sums and definitions in the order of their evaluation, each with its slot.
     pub(super) parts: Vec<(Part, usize)>,
     /// The slot of each state of the controller, and its time derivative.
@@ -89,6 +91,8 @@ impl Law {
             }
         }
         slots[0] = step.time();
+        program.row.follow(step.index);
+        slots[program.reference_weight] = program.row.reference();
         for &(slice, element, slot) in &program.own {
             slots[slot] = io.slice(slice)[element];
         }

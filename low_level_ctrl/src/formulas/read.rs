@@ -48,7 +48,7 @@ struct Compiler<'a, 'b> {
     context: &'a Context,
     agent: usize,
     bind: &'a mut Bind<'b>,
-    /// Number of slots so far. Slot 0 is the time, slots 1 and 2 are a_ij and j.
+    /// Number of slots so far. Slot 0 is the time, slots 1 and 2 are a_ij and j, slot 3 is b_i.
     slots: usize,
     /// What is read of the own agent, with the slot of it.
     own: Vec<(Reading, Slice, usize)>,
@@ -60,6 +60,7 @@ struct Compiler<'a, 'b> {
 }
 
 const LINK: [usize; 2] = [1, 2];
+const REFERENCE_WEIGHT: usize = 3;
 
 impl Program {
     /// Compiles the law of `agent` and binds what it reads.
@@ -70,7 +71,7 @@ impl Program {
             context,
             agent,
             bind,
-            slots: 1 + LINK.len(),
+            slots: REFERENCE_WEIGHT + 1,
             own: Vec::new(),
             of_neighbour: Vec::new(),
             parts: Vec::new(),
@@ -143,7 +144,7 @@ impl Compiler<'_, '_> {
         match name {
             "t" => Some(Operand::Slot(0)),
             "dt" => Some(Operand::Constant(self.context.timing.dt)),
-            "b_i" => Some(Operand::Constant(self.context.topology.b(self.agent))),
+            "b_i" => Some(Operand::Slot(REFERENCE_WEIGHT)),
             "a_ij" if of_neighbours => Some(Operand::Slot(LINK[0])),
             "j" if of_neighbours => Some(Operand::Slot(LINK[1])),
             _ => self.constant(agent, name).map(Operand::Constant),
@@ -222,6 +223,7 @@ impl Compiler<'_, '_> {
             row,
             position: own_position,
             link: LINK,
+            reference_weight: REFERENCE_WEIGHT,
             parts,
             states,
             results,

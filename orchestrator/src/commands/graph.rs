@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::arguments::ScenarioArgs;
 use super::select::assemble;
+use super::topology;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::terminal::{columns, counted, wrapped};
@@ -37,10 +38,18 @@ pub(crate) struct GraphArgs {
     /// Same as --format json
     #[arg(long)]
     pub(crate) json: bool,
+    /// Show the communication graph of the agents instead: links, connectivity, eigenvalues of the Laplacian, diameter
+    #[arg(long, conflicts_with = "format")]
+    pub(crate) topology: bool,
 }
 
 pub(crate) fn graph(catalog: &Catalog, args: &GraphArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;
+    if args.topology {
+        let text = if args.json { topology::describe_json(&assembly) } else { topology::describe(&assembly) };
+        println!("{}", text.trim_end());
+        return Ok(());
+    }
     let phases = assembly.network.phases().map_err(|error| Failure::Usage(error.to_string()))?;
     let edges = Edges::of(&assembly.network);
     let text = match if args.json { GraphFormat::Json } else { args.format } {

@@ -27,6 +27,7 @@ pub(crate) mod schema;
 mod select;
 mod select_run;
 pub(crate) mod top;
+mod topology;
 pub(crate) mod validate;
 pub(crate) mod verify;
 pub(crate) mod watch;

@@ -213,7 +213,10 @@ class Participant:
         return self._checked(self._functions.weight_at(self._handle.pointer, i, j, distance))
 
     def neighbours(self, agent: int = 0) -> list[int]:
-        """The agents from which an agent receives over static links, ascending."""
+        """The agents from which an agent receives over static links, ascending.
+
+        If the graph switches (`topology.at`), it is that of the step in progress, as for `weight` and `b`; before, that of step 0.
+        """
         places = (ctypes.c_int * self.agents)()
         count = self._bound(self._functions.neighbours(self._handle.pointer, agent, places, len(places)))
         return list(places[:count])

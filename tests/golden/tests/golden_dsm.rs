@@ -146,10 +146,10 @@ fn another_number_of_agents_stays_undirected() {
             Selection { overrides: overrides.iter().map(|o| o.to_string()).collect(), ..Selection::default() };
         Scenario::load(shipped.file, shipped.text, &selection).unwrap_or_else(|p| panic!("{}", p[0])).context
     };
-    let five = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0],[0,-2,0],[1,1,0]]"]).topology;
+    let five = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0],[0,-2,0],[1,1,0]]"]).topology.first().clone();
     assert_eq!(five.neighbours(0), [1, 4]);
     assert!((0..5).all(|i| (0..5).all(|j| five.a(i, j) == five.a(j, i))));
-    let three = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0]]", "A=[[0,1,0],[1,0,1],[0,1,0]]"]).topology;
+    let three = load(&["x0=[[2,0,0],[0,2,0],[-2,0,0]]", "A=[[0,1,0],[1,0,1],[0,1,0]]"]).topology.first().clone();
     assert_eq!(three.neighbours(0), [1]);
 }
 

@@ -148,8 +148,8 @@ fn true_poses(run: &Run, laboratory: &Laboratory, measured: &[Series], input: &[
 /// `e` of all robots at all samples.
 fn local_errors(run: &Run, poses: &[Poses]) -> Result<Vec<Vec<[f64; 3]>>, MetricError> {
     let reference = run.signals(Role::Planner, "position")?;
-    let topology = &run.scenario.context.topology;
     let of_sample = |(k, poses): (usize, &Poses)| {
+        let topology = run.topology(k);
         let deviation = |i: usize| poses[i] - Vector3::from_column_slice(reference[i].row(k));
         let local = |i: usize| {
             let others = topology.neighbours(i).iter().map(|&other| deviation(other));

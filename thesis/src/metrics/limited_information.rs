@@ -228,7 +228,7 @@ fn true_sliding(run: &Run, s: &Signals, i: usize, k: usize) -> f64 {
     let sliding = |column: usize| {
         let own = error(i, column);
         let relative: f64 = weights.iter().enumerate().map(|(j, weight)| weight * (own - error(j, column))).sum();
-        relative + run.scenario.context.topology.b(i) * own + slope * s.error[i].row(k)[column]
+        relative + run.topology(k).b(i) * own + slope * s.error[i].row(k)[column]
     };
     square_sum(&[sliding(0), sliding(1), sliding(2)]).sqrt()
 }
@@ -273,9 +273,9 @@ fn pair(run: &Run, i: usize, j: usize) -> String {
 
 /// The links that depend on the distance.
 fn links(run: &Run, s: &Signals) -> Vec<Metric> {
-    let topology = &run.scenario.context.topology;
     // A static link rules out another one between the same agents.
-    let added = |i: usize, j: usize, k: usize| if topology.a(i, j) > 0.0 { 0.0 } else { s.adjacency[i].row(k)[j] };
+    let added =
+        |i: usize, j: usize, k: usize| if run.topology(k).a(i, j) > 0.0 { 0.0 } else { s.adjacency[i].row(k)[j] };
     let peak = |i: usize, j: usize| maximum(run.history(|k| added(i, j, k)));
     let shown = [(1, 6), (5, 4), (2, 3)].into_iter().filter(|&(i, j)| i.max(j) <= run.agents());
     let mut metrics: Vec<Metric> =

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
+use formation::math::Topology;
 use formation::scenario::Scenario;
 use formation::wiring::Role;
 
@@ -70,6 +71,11 @@ impl<'a> Run<'a> {
     /// Time of sample `k`, s.
     pub fn time(&self, k: usize) -> f64 {
         k as f64 * self.dt()
+    }
+
+    /// The graph at sample `k`.
+    pub fn topology(&self, k: usize) -> &Topology {
+        self.scenario.context.topology.at(self.log.steps().start + k as u64)
     }
 
     /// First sample at or after `time`, s.

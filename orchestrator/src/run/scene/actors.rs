@@ -133,12 +133,15 @@ pub(super) struct Link {
     pub(super) fixed: bool,
     /// Its weight, if it is logged.
     weight: Option<(Signal, usize)>,
+    /// From which steps on the graph of the scenario has it, and has it not; nothing if that never changes.
+    switches: Vec<(u64, bool)>,
 }
 
 impl Link {
     /// Whether it exists.
     pub(super) fn exists(&self, store: &Store, step: u64) -> bool {
-        self.weight.is_none_or(|(signal, place)| signal.read(store, step)[place] > 0.0)
+        let is_on = self.switches.iter().rev().find(|(start, _)| *start <= step).is_none_or(|(_, is_on)| *is_on);
+        self.weight.map_or(is_on, |(signal, place)| signal.read(store, step)[place] > 0.0)
     }
 }
 
@@ -163,18 +166,22 @@ pub(super) fn links(assembly: &Assembly, actors: &[Actor]) -> Vec<Link> {
         let weights =
             Signal::find(&published, receiver.number, None, "adjacency").filter(|signal| signal.width == agents.len());
         let weight = |column| weights.map(|signal| (signal, column));
-        let neighbours = topology.neighbours(row);
+        let schedule = topology.neighbourhood(row);
+        let neighbours = schedule.heard();
+        let switches = |column: usize| match topology.is_switching() {
+            true => topology.intervals().iter().map(|(start, graph)| (*start, graph.a(row, column) > 0.0)).collect(),
+            false => Vec::new(),
+        };
         match weights {
             // Any link may come to exist.
             Some(_) => links.extend(by_place.iter().filter(|(_, from)| **from != to).map(|(&column, &from)| {
                 let fixed = neighbours.binary_search(&column).is_ok();
-                Link { from, to, fixed, weight: weight(column) }
+                Link { from, to, fixed, weight: weight(column), switches: Vec::new() }
             })),
-            None => links.extend(
-                neighbours
-                    .iter()
-                    .filter_map(|column| Some(Link { from: *by_place.get(column)?, to, fixed: true, weight: None })),
-            ),
+            None => links.extend(neighbours.iter().filter_map(|&column| {
+                let switches = switches(column);
+                Some(Link { from: *by_place.get(&column)?, to, fixed: true, weight: None, switches })
+            })),
         }
     }
     links

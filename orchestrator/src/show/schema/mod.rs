@@ -33,7 +33,7 @@ pub fn schema(catalog: &Catalog) -> Value {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Phalanx scenario",
         "type": "object",
-        "required": ["name", "agents", "timing", "vehicle", "topology", "reference", "plant", "planner", "controller"],
+        "required": ["name", "agents", "timing", "vehicle", "reference", "plant", "planner", "controller"],
         "properties": properties,
         "additionalProperties": false,
     })

@@ -23,8 +23,7 @@ pub fn links(run: &LoggedRun) -> Vec<Link> {
         for from in (0..run.agents.len()).filter(|from| *from != to) {
             let spans = match adjacency(run, to) {
                 Some(row) => spans(run, row.component(from)),
-                None if fixed(run, to, from) > 0.0 => vec![[0.0, end]],
-                None => Vec::new(),
+                None => fixed_spans(run, to, from, end),
             };
             if !spans.is_empty() {
                 links.push(Link { from, to, spans });
@@ -40,9 +39,32 @@ fn adjacency(run: &LoggedRun, place: usize) -> Option<Series<'_>> {
     (found.width() == run.agents.len()).then_some(found)
 }
 
-fn fixed(run: &LoggedRun, to: usize, from: usize) -> f64 {
-    let topology = run.scenario.as_ref().map(|scenario| &scenario.context.topology);
-    topology.filter(|topology| topology.size() > to.max(from)).map_or(0.0, |topology| topology.a(to, from))
+/// Whether the graph of the scenario has the link at any time.
+fn is_fixed(run: &LoggedRun, to: usize, from: usize) -> bool {
+    !fixed_spans(run, to, from, f64::INFINITY).is_empty()
+}
+
+/// When the graph of the scenario has the link, up to `end`.
+fn fixed_spans(run: &LoggedRun, to: usize, from: usize, end: f64) -> Vec<[f64; 2]> {
+    let Some(context) = run.scenario.as_ref().map(|scenario| &scenario.context) else { return Vec::new() };
+    if context.topology.size() <= to.max(from) {
+        return Vec::new();
+    }
+    let start = |step: u64| step as f64 * context.timing.dt;
+    let mut spans: Vec<[f64; 2]> = Vec::new();
+    let intervals = context.topology.intervals();
+    for (place, (first, graph)) in intervals.iter().enumerate() {
+        let until = intervals.get(place + 1).map_or(end, |(next, _)| start(*next)).min(end);
+        let since = start(*first);
+        if graph.a(to, from) == 0.0 || since > end {
+            continue;
+        }
+        match spans.last_mut() {
+            Some(last) if last[1] == since => last[1] = until,
+            _ => spans.push([since, until]),
+        }
+    }
+    spans
 }
 
 /// When the weights are above 0.
@@ -75,7 +97,7 @@ pub(super) fn switching(run: &LoggedRun, grid: &Grid) -> Option<Panel> {
         // Any of them may come and go before the end.
         let count = run.agents.len();
         let all = (0..count).flat_map(|to| (0..count).map(move |from| (from, to)));
-        all.filter(|&(from, to)| from != to && fixed(run, to, from) == 0.0).collect()
+        all.filter(|&(from, to)| from != to && !is_fixed(run, to, from)).collect()
     } else {
         let found = links(run).into_iter().filter(|link| link.spans.as_slice() != [[0.0, end]]);
         found.map(|link| (link.from, link.to)).collect()

@@ -1,7 +1,9 @@
 //! `topology.A`: a matrix, or the name of a graph.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -12,7 +14,7 @@ use crate::math::Topology;
 /// Name of the directed ring, which is also what is taken without `topology.A`.
 pub(super) const RING: &str = "ring";
 /// Name of the ring with links both ways.
-pub(super) const TWO_WAY_RING: &str = "two_way_ring";
+pub(in crate::scenario) const TWO_WAY_RING: &str = "two_way_ring";
 
 /// Which agents receive from which, as a scenario file says it. A name stands for a graph of any number of agents, and takes no N x N
 /// numbers to write down.
@@ -68,5 +70,23 @@ impl<'de> Visitor<'de> for AdjacencyVisitor {
 
     fn visit_seq<A: SeqAccess<'de>>(self, rows: A) -> Result<Adjacency, A::Error> {
         Vec::deserialize(SeqAccessDeserializer::new(rows)).map(Adjacency::Matrix)
+    }
+}
+
+impl JsonSchema for Adjacency {
+    fn schema_name() -> Cow<'static, str> {
+        "Adjacency".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let row = json_schema!({ "type": "array", "items": crate::config::number() });
+        json_schema!({ "anyOf": [
+            { "type": "array", "items": row, "description": "The matrix, row by row." },
+            { "enum": [RING, TWO_WAY_RING], "description": "A ring 1, 2, ..., N, 1 with unit weights: one way or both." },
+        ] })
     }
 }
