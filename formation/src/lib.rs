@@ -2,6 +2,7 @@
 //! the way from a scenario to the network of its participants.
 
 pub mod config;
+pub mod data;
 pub mod formula;
 pub mod math;
 pub mod networks;

@@ -24,7 +24,7 @@ pub use local::{Local, LocalCounts, StepError};
 pub use network::{Channel, ChannelId, Input, LoopError, Network, Node, Timing};
 pub use participant::{Fault, In, Io, Out, Participant, Ports, Slice, Step};
 pub use period::Period;
-pub use plan::{MAX_MEMBERS, PLAN_FILE, Plan, PlanError, Wake, WorkerPlan};
+pub use plan::{MAX_MEMBERS, PLAN_FILE, Plan, PlanError, Wake, WorkerPlan, sha256};
 pub use sample::{HEADER_BYTES, Header, MAX_WORDS, Status};
 pub use seconds::{LONGEST_WAIT, duration, wait_time};
 pub use store::Store;

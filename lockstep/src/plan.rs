@@ -279,7 +279,8 @@ struct Written {
     format: u32,
 }
 
-fn sha256(bytes: &[u8]) -> String {
+/// SHA-256 as 64 lower-case hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

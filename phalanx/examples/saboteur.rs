@@ -13,8 +13,7 @@ use std::process::{Command, ExitCode, Stdio, abort, exit};
 use std::thread::sleep;
 use std::time::Duration;
 
-use formation::scenario::Selection;
-use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
+use formation::wiring::{Assembly, SCENARIO_FILE, run_selection, scenario_text};
 use lockstep::{Fault, HEADER_BYTES, Header, Io, Participant, Period, Plan, Slice, Status, Step};
 use rustix::io::FdFlags;
 use rustix::process::{Pid, Signal, getpid, getppid, getuid, kill_process};
@@ -56,8 +55,8 @@ fn main() -> ExitCode {
 
 fn participants(plan: &Plan, nodes: &[usize], fault: &str, moment: &str) -> Result<Vec<Box<dyn Participant>>, String> {
     let text = scenario_text()?;
-    let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES)
-        .map_err(|problems| problems[0].to_string())?;
+    let assembly =
+        Assembly::load(SCENARIO_FILE, &text, &run_selection(), &ROLES).map_err(|problems| problems[0].to_string())?;
     let played = assembly.participants(nodes).map_err(|problems| problems[0].to_string())?;
     let words = |node: &usize| {
         let output = plan.network.nodes[*node].outputs.first();

@@ -92,6 +92,8 @@ mod tests;
 
 /// Name of the attachment that holds the effective scenario.
 const SCENARIO: &str = "scenario.toml";
+/// What the names of attachments that are data files of the scenario begin with.
+const DATA: &str = "data/";
 /// Name of the metadata record that holds what the caller says about the run.
 const METADATA: &str = "phalanx";
 /// Name of the metadata records that say what played a participant in the place of Phalanx.

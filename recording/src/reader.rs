@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lockstep::{HEADER_BYTES, Header, Layout};
 
@@ -14,7 +15,7 @@ use super::record::Record;
 use super::schema::layout_of;
 use super::summary::claimed_messages;
 use super::walk::{Ending, walk};
-use super::{ENCAPSULATION, LogError, METADATA, PLAYER, SCENARIO, Series};
+use super::{DATA, ENCAPSULATION, LogError, METADATA, PLAYER, SCENARIO, Series};
 
 /// Numbers kept of the header of a sample: its step and its status.
 pub(super) const HEADER_WORDS: usize = 2;
@@ -111,6 +112,7 @@ pub struct Log {
     pub(super) path: PathBuf,
     pub(super) complete: bool,
     pub(super) scenario: Option<String>,
+    pub(super) data: BTreeMap<String, Arc<[u8]>>,
     pub(super) metadata: Option<BTreeMap<String, String>>,
     pub(super) players: Vec<BTreeMap<String, String>>,
     pub(super) channels: Vec<LogChannel>,
@@ -180,6 +182,11 @@ impl Log {
     /// The scenario that was run, TOML.
     pub fn scenario_text(&self) -> Option<&str> {
         self.scenario.as_deref()
+    }
+
+    /// The data files of the scenario, by the path that its formulas name.
+    pub fn data(&self) -> &BTreeMap<String, Arc<[u8]>> {
+        &self.data
     }
 
     /// What the recorder was told about the run.
@@ -256,6 +263,7 @@ impl<'k> Reader<'k> {
             path: path.into(),
             complete: false,
             scenario: None,
+            data: BTreeMap::new(),
             metadata: None,
             players: Vec::new(),
             channels: Vec::new(),
@@ -288,9 +296,12 @@ impl<'k> Reader<'k> {
                 let text = text.map_err(|_| LogError::damaged(&self.log.path, at, "the scenario is no text"))?;
                 self.log.scenario = Some(text.into());
             }
+            Record::Attachment { name, data, .. } => {
+                self.log.data.extend(name.strip_prefix(DATA).map(|path| (path.to_string(), data.into())));
+            }
             Record::Metadata { name: METADATA, metadata } => self.log.metadata = Some(metadata),
             Record::Metadata { name: PLAYER, metadata } => self.log.players.push(metadata),
-            Record::Header { .. } | Record::Attachment { .. } | Record::Metadata { .. } | Record::ChunkEnd => {}
+            Record::Header { .. } | Record::Metadata { .. } | Record::ChunkEnd => {}
         }
         Ok(())
     }

@@ -17,7 +17,7 @@ use super::ros::{BAG, Durability, channel_metadata};
 use super::schema::Schemas;
 use super::sink::{ChannelRecord, Refusal, SchemaRecord, Sink, Summary};
 use super::target::{LogFile, Target};
-use super::{LogError, METADATA, SCENARIO};
+use super::{DATA, LogError, METADATA, SCENARIO};
 
 /// Default number of steps after which a log is flushed. A smaller number costs time; with a larger one, a killed run loses more.
 pub const DEFAULT_FLUSH_EVERY: u64 = 100;
@@ -257,6 +257,18 @@ impl Recorder {
         let mut open = self.open.lock();
         let sink = checked(&mut open, &self.path)?;
         sink.metadata(name, metadata).map_err(|refusal| refused(&self.path, refusal))
+    }
+
+    /// Attaches a data file of the scenario, which its formulas call `path`; before the first step, so that it stands in the
+    /// [`Head`](super::Head) of the log.
+    ///
+    /// # Errors
+    /// [`LogError::Write`] if writing failed since the last call.
+    pub fn attach_data(&mut self, path: &str, bytes: &[u8]) -> Result<(), LogError> {
+        let mut open = self.open.lock();
+        let sink = checked(&mut open, &self.path)?;
+        let attached = sink.attach(&format!("{DATA}{path}"), "text/csv", bytes);
+        attached.map_err(|refusal| refused(&self.path, refusal))
     }
 
     /// Writes the rest and closes the file. Returns `None` if no step was recorded and an earlier log stands in the place, which stays.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
@@ -12,7 +13,7 @@ use super::reader::sample;
 use super::record::Record;
 use super::schema::layout_of;
 use super::walk::{Ending, walk};
-use super::{LogError, METADATA, SCENARIO};
+use super::{DATA, LogError, METADATA, SCENARIO};
 
 /// Chunks that are read ahead.
 const READ_AHEAD: usize = 2;
@@ -22,6 +23,8 @@ const READ_AHEAD: usize = 2;
 pub struct Head {
     /// The scenario that was run, TOML.
     pub scenario: Option<String>,
+    /// The data files of the scenario, by the path that its formulas name.
+    pub data: BTreeMap<String, Arc<[u8]>>,
     /// What the recorder was told about the run.
     pub metadata: BTreeMap<String, String>,
     /// Topics with the fields of their samples, in the order of the file. Topics of other kinds are left out.
@@ -56,6 +59,9 @@ impl Head {
                     let text = String::from_utf8(data.into());
                     let text = text.map_err(|_| LogError::damaged(path, at, "the scenario is no text"))?;
                     head.scenario = Some(text);
+                }
+                Record::Attachment { name, data, .. } => {
+                    head.data.extend(name.strip_prefix(DATA).map(|path| (path.to_string(), data.into())));
                 }
                 Record::Metadata { name: METADATA, metadata } => head.metadata = metadata,
                 _ => {}

@@ -161,6 +161,22 @@ fn what_was_recorded_is_read() {
 }
 
 #[test]
+fn data_files_are_read_back() {
+    let scratch = Scratch::new("data");
+    let path = scratch.file("run.mcap");
+    let run = Run::new(1, 1);
+    let mut recorder = Recorder::create(&path, &run.info()).unwrap();
+    recorder.attach_data("../wind.csv", b"t,vx\n0,1\n").unwrap();
+    let store = run.store();
+    recorder.record(0, &store, |_| Header::new(0, PERIOD_NS.into(), 1, Status::Fresh)).unwrap();
+    recorder.finish().unwrap();
+    let (head, log) = (Head::read(&path).unwrap(), Log::open(&path).unwrap());
+    let data = BTreeMap::from([("../wind.csv".to_string(), b"t,vx\n0,1\n".as_slice().into())]);
+    assert_eq!((&head.data, log.data()), (&data, &data));
+    assert_eq!(head.scenario.as_deref(), Some("name = \"nobody\"\n"));
+}
+
+#[test]
 fn the_same_run_gives_the_same_bytes() {
     let scratch = Scratch::new("same");
     let run = Run::new(2, 4);

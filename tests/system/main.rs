@@ -1,6 +1,7 @@
 //! Tests of the whole program from outside: real processes, real shared memory, real files.
 
 mod assertions;
+mod data;
 mod descendants;
 mod doors;
 #[cfg(feature = "long-tests")]

@@ -46,6 +46,13 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
     read_within(path, PATIENCE, SIZE_LIMIT, TextError::TooLong)
 }
 
+/// Reads the first bytes of a file, one more than the limit.
+pub(crate) fn read_bytes(path: &Path, limit: usize) -> Result<Vec<u8>, TextError> {
+    let mut bytes = Vec::new();
+    open(path, PATIENCE)?.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Reads a file of data that a scenario names. No more than 64 MB of it are read.
 ///
 /// # Errors

@@ -35,6 +35,7 @@ mod tests;
 pub(crate) use crate::text::around;
 pub use crate::text::{brief, did_you_mean, nearest, readable};
 pub use diagonal::Diagonal;
+pub(crate) use file::read_bytes;
 pub use file::{TextError, read_data, read_text};
 pub use node::{Node, Value};
 pub use ordered::{FormulaText, FormulaTexts, Ordered};

@@ -1,13 +1,15 @@
 //! Postfix terms to code: names bound, constants folded, the depth of the value stack bounded.
 
+use std::sync::Arc;
+
 use super::evaluate::{Operation, STACK};
-use super::function::{Binary, Function, Unary};
+use super::function::{Binary, Unary};
 use super::parse::{Name, Term};
 use super::real::Real;
-use super::{Formula, FormulaError};
+use super::{Curve, Formula, FormulaError};
 
 /// Most operations of a formula. Text alone stays below it; formulas put into formulas may multiply without bound.
-const LONGEST: usize = 4096;
+pub(super) const LONGEST: usize = 4096;
 
 /// What a free name stands for.
 #[derive(Clone, Debug)]
@@ -32,11 +34,15 @@ pub(super) fn bind(
     names.iter().map(|name| resolve(&name.text).ok_or_else(|| unknown(name))).collect()
 }
 
-/// Compiles terms that leave one value, with the meanings of their names.
+/// Compiles terms that leave one value, with the curves that they read and the meanings of their names.
 ///
 /// # Errors
 /// See [`Expression::compile`](super::Expression::compile).
-pub(super) fn compile(terms: &[(usize, Term)], operands: &[Operand]) -> Result<Formula, FormulaError> {
+pub(super) fn compile(
+    terms: &[(usize, Term)],
+    curves: &[Arc<Curve>],
+    operands: &[Operand],
+) -> Result<Formula, FormulaError> {
     let mut compiler = Compiler::default();
     for &(offset, term) in terms {
         match term {
@@ -47,8 +53,10 @@ pub(super) fn compile(terms: &[(usize, Term)], operands: &[Operand]) -> Result<F
                 Operand::Slot(slot) => compiler.operand(&[Operation::Slot(*slot)], 1),
                 Operand::Formula(formula) => compiler.operand(&formula.code, formula.depth),
             },
-            Term::Apply(Function::Unary(unary)) => compiler.unary(unary),
-            Term::Apply(Function::Binary(binary)) => compiler.binary(binary),
+            Term::Unary(unary) => compiler.unary(unary),
+            Term::Binary(binary) => compiler.binary(binary),
+            Term::Curve(index) => compiler.curve(&curves[index]),
+            Term::Select => compiler.select(),
         }
         compiler.check(offset)?;
     }
@@ -86,6 +94,15 @@ impl Compiler {
         }
     }
 
+    fn curve(&mut self, curve: &Arc<Curve>) {
+        let place = self.parts[self.parts.len() - 1];
+        if let [Operation::Constant(x)] = self.code[place.start..] {
+            self.code[place.start] = Operation::Constant(x.follow(curve));
+        } else {
+            self.code.push(Operation::Curve(Arc::clone(curve)));
+        }
+    }
+
     fn binary(&mut self, binary: Binary) {
         // The parser emits an operation behind its operands, so both are there.
         let (left, right) = (self.parts[self.parts.len() - 2], self.parts[self.parts.len() - 1]);
@@ -100,6 +117,31 @@ impl Compiler {
             left.depth.max(right.depth + 1)
         };
         self.parts.push(Part { start: left.start, depth });
+    }
+
+    /// The condition and both branches become the other branch, the branch that it chooses if it holds, and the condition: so a row of
+    /// `if` behind each other needs no more of the stack than one.
+    fn select(&mut self) {
+        let first = self.parts.len() - 3;
+        let [condition, chosen, other] = [0, 1, 2].map(|place| self.parts[first + place]);
+        self.parts.truncate(first);
+        let start = condition.start;
+        let depth = if let [Operation::Constant(truth)] = self.code[start..chosen.start] {
+            let unused = if truth == 0.0 { start..other.start } else { other.start..self.code.len() };
+            self.code.drain(unused);
+            if truth != 0.0 {
+                self.code.remove(start);
+            }
+            if truth == 0.0 { other.depth } else { chosen.depth }
+        } else {
+            let code = &mut self.code[start..];
+            code.rotate_left(chosen.start - start);
+            let branches = code.len() - (chosen.start - start);
+            code[..branches].rotate_left(other.start - chosen.start);
+            self.code.push(Operation::Select);
+            other.depth.max(chosen.depth + 1).max(condition.depth + 2)
+        };
+        self.parts.push(Part { start, depth });
     }
 
     /// Appends the operation; an operand that is a mere number or slot becomes a part of it.

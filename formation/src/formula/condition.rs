@@ -1,4 +1,4 @@
-//! Conditions: comparisons of formulas, joined by `and` and `or`.
+//! Conditions: comparisons of formulas, joined by `and`, `or` and `not`.
 
 use super::compile::{bind, compile};
 use super::parse::{Parsed, parse};
@@ -34,9 +34,9 @@ struct Side {
 pub struct Comparison {
     /// What is compared.
     pub left: Compared,
-    /// `<`, `<=`, `>`, `>=` or `is not finite`.
+    /// `<`, `<=`, `>`, `>=`, `is finite` or `is not finite`. Where the condition says `not`, the opposite.
     pub relation: &'static str,
-    /// With what; nothing in the last case.
+    /// With what; nothing in the last two cases.
     pub right: Option<Compared>,
     /// Whether it holds.
     pub holds: bool,
@@ -68,11 +68,11 @@ impl Condition {
         operands: &mut dyn Operands,
         resolve: impl FnMut(&str) -> Option<Operand>,
     ) -> Result<Self, FormulaError> {
-        let Parsed { terms, names, sides, value } = parse(text, operands)?;
+        let Parsed { terms, names, curves, sides, value } = parse(text, operands)?;
         let tree = value.condition(0)?;
         let operands = bind(&names, resolve)?;
         let sides = sides.into_iter().map(|side| {
-            let formula = compile(&terms[side.terms], &operands)?;
+            let formula = compile(&terms[side.terms], &curves, &operands)?;
             Ok(Side { text: text[side.text].into(), formula })
         });
         Ok(Self { tree: *tree, sides: sides.collect::<Result<_, FormulaError>>()? })
@@ -109,6 +109,7 @@ impl Condition {
         let value = |side: usize| self.sides[side].formula.evaluate(slots);
         match tree {
             Tree::Compare(left, relation, right) => relation.judge(value(*left), value(*right)),
+            Tree::Finite(side) => Judgement::certain(value(*side).is_finite()),
             Tree::NotFinite(side) => Judgement::certain(!value(*side).is_finite()),
             Tree::And(first, second) => {
                 let (first, second) = (self.judge(first, slots), self.judge(second, slots));
@@ -128,6 +129,7 @@ impl Condition {
         };
         let (left, relation, right) = match tree {
             Tree::Compare(left, relation, right) => (*left, relation.symbol(), Some(compared(*right))),
+            Tree::Finite(side) => (*side, "is finite", None),
             Tree::NotFinite(side) => (*side, "is not finite", None),
             Tree::And(first, second) | Tree::Or(first, second) => {
                 self.collect(first, slots, comparisons);

@@ -1,26 +1,32 @@
 //! Compiled formulas and the stack machine that runs them.
 
-use super::Jet;
+use std::sync::Arc;
+
 use super::function::{Binary, Unary};
 use super::one_sided::OneSidedJet;
 use super::real::Real;
+use super::{Curve, Jet};
 
 /// Most values on the stack at a time. Fixed, so that a run needs no memory but the caller's stack.
 pub(super) const STACK: usize = 32;
 
 /// A step of the stack machine.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Operation {
     Constant(f64),
     Slot(usize),
     Unary(Unary),
     Binary(Binary),
+    /// The value of the curve at the place that is the last value.
+    Curve(Arc<Curve>),
     /// A binary operation whose right operand is this number.
     BinaryConstant(Binary, f64),
     /// A binary operation whose right operand is this slot.
     BinarySlot(Binary, usize),
     /// A binary operation whose left operand is this number.
     ConstantBinary(f64, Binary),
+    /// Of the three last values, the second if the third is the truth, 1, else the first.
+    Select,
 }
 
 /// A formula ready for evaluation: postfix code over the slots of an input array, constants folded.
@@ -47,9 +53,9 @@ impl Formula {
     /// The value of the formula and its first three time derivatives, given those of the slots. Does not allocate.
     ///
     /// The value has the bits that [`Formula::evaluate`] gives on the values of the slots. Derivatives are those to the right:
-    /// where `abs`, `sign`, `min`, `max` or `sig` switch at the instant, they are the ones of the branch that holds just after it,
-    /// as far as the first three derivatives of the arguments decide which one that is. Where the slope of a function is
-    /// infinite, as that of `sqrt` at 0, derivatives are infinite or NaN.
+    /// where `if`, `abs`, `min` or another function switches or jumps at the instant, they are the ones of the branch that holds
+    /// just after it, as far as the first three derivatives of the arguments decide which one that is. Where the slope of a
+    /// function is infinite, as that of `sqrt` at 0, derivatives are infinite or NaN.
     ///
     /// # Panics
     /// If `slots` is shorter than the highest slot that the formula uses.
@@ -108,6 +114,11 @@ fn run<T: Real + From<S>, S: Copy, const ROOM: usize>(code: &[Operation], slots:
             Operation::BinarySlot(binary, right) => stack[top - 1] = stack[top - 1].binary(binary, slots[right].into()),
             Operation::ConstantBinary(left, binary) => {
                 stack[top - 1] = T::constant(left).binary(binary, stack[top - 1]);
+            }
+            Operation::Curve(ref curve) => stack[top - 1] = stack[top - 1].follow(curve),
+            Operation::Select => {
+                top -= 2;
+                stack[top - 1] = T::select(stack[top + 1], stack[top], stack[top - 1]);
             }
         }
     }

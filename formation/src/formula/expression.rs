@@ -63,7 +63,7 @@ impl Expression {
     /// [`FormulaError`] at the first appearance of a name for which `resolve` returns `None`, and for a formula that,
     /// with its named parts put in, has more than 4096 operations or more than 32 intermediate results at a time.
     pub fn compile(&self, resolve: impl FnMut(&str) -> Option<Operand>) -> Result<Formula, FormulaError> {
-        compile(&self.parsed.terms, &bind(&self.parsed.names, resolve)?)
+        compile(&self.parsed.terms, &self.parsed.curves, &bind(&self.parsed.names, resolve)?)
     }
 
     /// The value of a formula without free names. It may be infinite or not a number, as that of `1/0`.

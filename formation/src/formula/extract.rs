@@ -18,14 +18,15 @@ impl Formula {
     pub fn extract(&self, slot: usize, first: usize) -> (Formula, Vec<Formula>) {
         let mut extraction = Extraction { code: Vec::new(), parts: Vec::new(), first, depth: self.depth };
         let mut stack: Vec<Part> = Vec::new();
-        for &operation in &self.code {
+        for operation in &self.code {
             let start = extraction.code.len();
-            let part = match operation {
+            let part = match *operation {
                 Operation::Constant(_) => Part { start, pure: true },
                 Operation::Slot(read) => Part { start, pure: read == slot },
-                Operation::Unary(_) | Operation::BinaryConstant(..) | Operation::ConstantBinary(..) => {
-                    stack.pop().unwrap_or(Part { start, pure: false })
-                }
+                Operation::Unary(_)
+                | Operation::Curve(_)
+                | Operation::BinaryConstant(..)
+                | Operation::ConstantBinary(..) => stack.pop().unwrap_or(Part { start, pure: false }),
                 Operation::BinarySlot(_, read) => {
                     let left = stack.pop().unwrap_or(Part { start, pure: false });
                     if left.pure && read != slot {
@@ -44,8 +45,21 @@ impl Formula {
                     }
                     Part { start: left.start, pure: left.pure && right.pure }
                 }
+                Operation::Select => {
+                    let mut end = start;
+                    let operands = [(); 3].map(|()| {
+                        let operand = stack.pop().unwrap_or(Part { start, pure: false });
+                        (operand, std::mem::replace(&mut end, operand.start))
+                    });
+                    let pure = operands.iter().all(|(operand, _)| operand.pure);
+                    // The last one first, as it moves none of the others.
+                    for (operand, end) in operands.iter().filter(|(operand, _)| operand.pure && !pure) {
+                        extraction.take(operand.start, *end);
+                    }
+                    Part { start: end, pure }
+                }
             };
-            extraction.code.push(operation);
+            extraction.code.push(operation.clone());
             stack.push(part);
         }
         if stack.last().is_some_and(|whole| whole.pure) {

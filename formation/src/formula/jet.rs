@@ -1,9 +1,12 @@
 //! Automatic differentiation in time: values that carry their first three derivatives along.
 
+use std::f64::consts::PI;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::Curve;
 use super::function::{Binary, Unary};
 use super::real::{Real, power, sign, signed_power, takes_right};
+use super::tree::Relation;
 
 /// A function of time at one instant: its value and its first three time derivatives.
 ///
@@ -53,6 +56,20 @@ impl Jet {
         known.into_iter().find(|derivative| *derivative != 0.0).map_or(0.0, sign)
     }
 
+    /// Whether it rises just right of the instant, 1, or falls, -1.
+    fn direction(self) -> f64 {
+        Jet { value: 0.0, ..self }.sign_to_the_right()
+    }
+
+    /// Whether the relation to another one holds just right of the instant.
+    fn compares(self, relation: Relation, right: Jet) -> bool {
+        if self.value == right.value {
+            relation.holds(0.0, (right - self).direction())
+        } else {
+            relation.holds(self.value, right.value)
+        }
+    }
+
     /// The absolute value. In a corner it has the derivatives to the right.
     fn absolute(self) -> Jet {
         let sign = self.sign_to_the_right();
@@ -86,6 +103,37 @@ impl Jet {
             acceleration: quotient.rate,
             jerk: quotient.acceleration,
         }
+    }
+
+    /// The rest of the division by `right` with the quotient rounded down.
+    fn modulo(self, right: Jet) -> Jet {
+        let value = self.value.binary(Binary::Modulo, right.value);
+        let quotient = ((self.value - value) / right.value).round();
+        let rest = Jet { value, ..self - right * Jet::constant(quotient) };
+        // It leaves 0 for values of the other sign, and goes on at the divisor.
+        let leaves = value == 0.0 && rest.direction() * sign(right.value) < 0.0;
+        if leaves { rest + right } else { rest }
+    }
+
+    fn hypotenuse(self, right: Jet) -> Jet {
+        let (x, y) = (self, right);
+        let value = x.value.binary(Binary::Hypotenuse, y.value);
+        if value == 0.0 {
+            // Just after it, the point is this one times the time that has passed.
+            let divided =
+                |z: Jet| Jet { value: z.rate, rate: z.acceleration / 2.0, acceleration: z.jerk / 3.0, jerk: 0.0 };
+            let rate = divided(x).binary(Binary::Hypotenuse, divided(y));
+            return Jet { value, rate: rate.value, acceleration: 2.0 * rate.rate, jerk: 3.0 * rate.acceleration };
+        }
+        // The derivatives of half the square.
+        let half = [
+            x.value * x.rate + y.value * y.rate,
+            x.rate * x.rate + x.value * x.acceleration + y.rate * y.rate + y.value * y.acceleration,
+            3.0 * x.rate * x.acceleration + x.value * x.jerk + 3.0 * y.rate * y.acceleration + y.value * y.jerk,
+        ];
+        let rate = half[0] / value;
+        let acceleration = (half[1] - rate * rate) / value;
+        Jet { value, rate, acceleration, jerk: (half[2] - 3.0 * rate * acceleration) / value }
     }
 
     /// A power, or, if `signed`, sign(self) * |self|^exponent.
@@ -181,6 +229,12 @@ impl Real for Jet {
             }
             Unary::Absolute => self.absolute(),
             Unary::Sign => Jet::constant(self.sign_to_the_right()),
+            Unary::Floor if value == x && self.direction() < 0.0 => Jet::constant(value - 1.0),
+            Unary::Ceiling if value == x && self.direction() > 0.0 => Jet::constant(value + 1.0),
+            Unary::Wrap if value == PI && self.direction() > 0.0 => Jet { value: -PI, ..self },
+            Unary::Wrap => Jet { value, ..self },
+            Unary::Step if x == 0.0 => Jet::constant(if self.direction() < 0.0 { 0.0 } else { 1.0 }),
+            Unary::Floor | Unary::Ceiling | Unary::Step | Unary::Finite | Unary::NotFinite => Jet::constant(value),
         }
     }
 
@@ -197,7 +251,27 @@ impl Real for Jet {
             Binary::SignedPower => self.power(right, true),
             Binary::Arctangent2 => self.arctangent2(right),
             Binary::Minimum | Binary::Maximum => self.extreme(operation, right),
+            Binary::Modulo => self.modulo(right),
+            Binary::Hypotenuse => self.hypotenuse(right),
+            Binary::Pulse if self.value.is_nan() || right.value.is_nan() => Jet::constant(f64::NAN),
+            Binary::Pulse => {
+                let holds = self.compares(Relation::GreaterOrEqual, Jet::default());
+                Jet::constant(f64::from(u8::from(holds && self.compares(Relation::Less, right))))
+            }
+            Binary::Compare(relation) => Jet::constant(f64::from(u8::from(self.compares(relation, right)))),
+            Binary::Noise | Binary::And | Binary::Or => Jet::constant(self.value.binary(operation, right.value)),
         }
+    }
+
+    fn follow(self, curve: &Curve) -> Self {
+        if self.is_constant() {
+            return Jet::constant(curve.value(self.value));
+        }
+        self.chain(curve.derivatives(self.value, self.direction() < 0.0))
+    }
+
+    fn select(condition: Self, if_true: Self, if_false: Self) -> Self {
+        if condition.value == 0.0 { if_false } else { if_true }
     }
 }
 

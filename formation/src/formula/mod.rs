@@ -12,16 +12,29 @@
 //! | numbers         | `1`, `0.5`, `1e-3`, and `pi`                                                                 |
 //! | names           | letters, digits and `_`, not starting with a digit                                           |
 //! | operators       | `+ -`, then `* /`, then unary `-`, then `^`, which associates to the right: `-x^2 = -(x^2)`  |
-//! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`; `sign(0) = 0`              |
-//! | two arguments   | `atan2(y,x)`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                              |
+//! | one argument    | `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign floor ceil`; `sign(0) = 0`   |
+//! | two arguments   | `atan2(y,x)`, `hypot(x,y)`, `sig(x,p) = sign(x)*abs(x)^p` with `sig(0,p) = 0`                |
 //! | `min`, `max`    | of one or more arguments                                                                     |
+//! | `mod(a,b)`      | `a - b*floor(a/b)`, without rounding: it has the sign of b                                   |
+//! | `wrap(x)`       | the angle in (-pi, pi] that differs from x by whole turns; its slope is that of x            |
+//! | `clip(x,a,b)`   | `min(max(x,a),b)`; also called `clamp`                                                       |
+//! | `step(x)`       | 0 below 0, and 1 from 0 on                                                                   |
+//! | `pulse(t,a,b)`  | 1 for `0 <= t-a < b`, else 0: it starts at a and lasts b                                     |
+//! | `if(c,x,y)`     | x if the condition c holds, else y                                                           |
+//! | `noise(k,t,p)`  | standard normal numbers, each held for the period p; k numbers independent sequences         |
+//! | `table(...)`, `trajectory(...)` | a curve through a data file: `table("wind.csv","vx",t)` ([`data`](crate::data))     |
 //! | other names     | in backticks: `` `b_ξ` ``                                                                    |
 //!
-//! A [`Condition`] compares formulas: `<`, `<=`, `>`, `>=`, also in a row (`1 <= x <= 2`), `not_finite(x)`, joined by `and`, then
-//! `or`, with parentheses. A caller may add [`Operands`] of its own to either.
+//! A [`Condition`] compares formulas: `<`, `<=`, `>`, `>=`, also in a row (`1 <= x <= 2`), `not_finite(x)`, with `not` in front,
+//! joined by `and`, then `or`, with parentheses. A comparison with NaN does not hold, and `not` does not change that: it turns the
+//! relations around. A caller may add [`Operands`] of its own to either.
 //!
-//! Time derivatives are those to the right: at a switch of `abs`, `sign`, `min`, `max` or `sig`, those of the branch that
-//! holds just after the instant.
+//! Time derivatives are those to the right: where a function switches or jumps, those of the branch that holds just after the
+//! instant. The value follows the definition, as `sign(0)` is 0. Of `if`, the branch that does not hold has no influence; it
+//! may be infinite or NaN.
+//!
+//! The number that `noise` gives depends on k and on the interval `floor(t/p)` only (an instant that lies less than `1e-9*p` in front of
+//! an interval belongs to it), so all processes find the same one, in any order. Its derivatives are 0.
 //!
 //! # Reproducibility
 //!
@@ -32,12 +45,15 @@
 
 mod compile;
 mod condition;
+mod curve;
+mod data_call;
 mod error;
 mod evaluate;
 mod expression;
 mod extract;
 mod function;
 mod jet;
+mod noise;
 mod one_sided;
 mod operand;
 mod parse;
@@ -50,6 +66,8 @@ mod tests;
 
 pub use compile::Operand;
 pub use condition::{Compared, Comparison, Condition};
+pub use curve::Curve;
+pub use data_call::{DataCall, DataError, DataFunction, Interpolation};
 pub use error::FormulaError;
 pub use evaluate::Formula;
 pub use expression::Expression;

@@ -1,6 +1,9 @@
 //! Operands that a caller adds to the language.
 
+use std::sync::Arc;
+
 use super::error::{FormulaError, column};
+use super::{Curve, DataCall, DataError};
 
 /// Operands of a caller that are more than a name, such as `state.position[0]` or `dx(HFC)`. `()` adds none.
 ///
@@ -35,6 +38,16 @@ pub trait Operands {
     /// # Errors
     /// A [`FormulaError`] if the operand is malformed or unknown.
     fn read(&mut self, name: &str, start: usize, text: &mut Cursor) -> Result<Option<usize>, FormulaError>;
+
+    /// The curve through a data file that a call asks for. Without a definition of one's own, there are no data files.
+    ///
+    /// # Errors
+    /// Says why there is no such curve.
+    fn curve(&mut self, _: &DataCall) -> Result<Arc<Curve>, DataError> {
+        let message =
+            "there are no data files here: only formulas of a scenario's references and disturbances read any";
+        Err(DataError::File(message.into()))
+    }
 }
 
 impl Operands for () {

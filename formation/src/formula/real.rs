@@ -1,6 +1,9 @@
 //! What a formula can be evaluated on, and the operations on plain numbers.
 
+use super::Curve;
 use super::function::{Binary, Unary};
+use super::noise::noise;
+use crate::math::wrap;
 
 /// A number as the evaluator sees it: a plain one, or one that carries its derivatives along.
 pub(super) trait Real: Copy {
@@ -12,6 +15,12 @@ pub(super) trait Real: Copy {
 
     /// The result of an operation on this value, the left operand, and `right`.
     fn binary(self, operation: Binary, right: Self) -> Self;
+
+    /// The curve at this place.
+    fn follow(self, curve: &Curve) -> Self;
+
+    /// The one of both that the truth of the condition, 1 or 0, chooses.
+    fn select(condition: Self, if_true: Self, if_false: Self) -> Self;
 }
 
 impl Real for f64 {
@@ -39,6 +48,13 @@ impl Real for f64 {
             Unary::SquareRoot => self.sqrt(),
             Unary::Absolute => self.abs(),
             Unary::Sign => sign(self),
+            Unary::Floor => self.floor(),
+            Unary::Ceiling => self.ceil(),
+            Unary::Wrap => wrap(self),
+            Unary::Step if self.is_nan() => self,
+            Unary::Step => truth(self >= 0.0),
+            Unary::Finite => truth(self.is_finite()),
+            Unary::NotFinite => truth(!self.is_finite()),
         }
     }
 
@@ -54,7 +70,39 @@ impl Real for f64 {
             Binary::Minimum | Binary::Maximum if takes_right(operation, self, right) => right,
             Binary::Minimum | Binary::Maximum => self,
             Binary::SignedPower => signed_power(self, right),
+            Binary::Modulo => modulo(self, right),
+            Binary::Hypotenuse => libm::hypot(self, right),
+            Binary::Pulse if self.is_nan() || right.is_nan() => f64::NAN,
+            Binary::Pulse => truth(0.0 <= self && self < right),
+            Binary::Noise => noise(self, right),
+            Binary::Compare(relation) => truth(relation.holds(self, right)),
+            Binary::And => truth(self != 0.0 && right != 0.0),
+            Binary::Or => truth(self != 0.0 || right != 0.0),
         }
+    }
+
+    #[inline]
+    fn follow(self, curve: &Curve) -> Self {
+        curve.value(self)
+    }
+
+    #[inline]
+    fn select(condition: Self, if_true: Self, if_false: Self) -> Self {
+        if condition == 0.0 { if_false } else { if_true }
+    }
+}
+
+fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+/// The rest of the division with the quotient rounded down, of the sign of the divisor.
+fn modulo(dividend: f64, divisor: f64) -> f64 {
+    let rest = dividend % divisor;
+    match rest == 0.0 {
+        true => 0.0_f64.copysign(divisor),
+        false if (rest < 0.0) != (divisor < 0.0) => rest + divisor,
+        false => rest,
     }
 }
 

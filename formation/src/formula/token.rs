@@ -10,6 +10,8 @@ pub(super) enum Kind<'a> {
     Name(&'a str),
     /// A name in backticks, which is never a function or a keyword.
     Quoted(&'a str),
+    /// What stands between two quotation marks of a kind.
+    Text(&'a str),
     Relation(Relation),
     /// An operator, a parenthesis or a comma.
     Symbol(char),
@@ -49,6 +51,7 @@ impl<'a> Cursor<'a> {
             Some('0'..='9') => Kind::Number(self.number()?),
             Some(first) if first.is_alphabetic() || first == '_' => Kind::Name(self.take_name()),
             Some('`') => Kind::Quoted(self.take_quoted()?),
+            Some(mark @ ('"' | '\'')) => Kind::Text(self.take_text(mark)?),
             Some('<' | '>') => Kind::Relation(self.relation()),
             Some(symbol @ ('+' | '-' | '*' | '/' | '^' | '(' | ')' | ',')) => {
                 self.take(symbol);
@@ -68,6 +71,20 @@ impl<'a> Cursor<'a> {
             }
         };
         Ok(Token { kind, offset, text: self.since(offset) })
+    }
+
+    /// Steps over a text between two of these quotation marks, which are left out.
+    fn take_text(&mut self, mark: char) -> Result<&'a str, FormulaError> {
+        let start = self.offset();
+        self.take(mark);
+        let text = self.take_while(|character| character != mark);
+        match self.take(mark) {
+            true => Ok(text),
+            false => {
+                let message = format!("expected a second {mark} to end the text that this one begins");
+                Err(FormulaError::new(start, message))
+            }
+        }
     }
 
     fn relation(&mut self) -> Relation {

@@ -1,5 +1,6 @@
 //! What every component of a run may know of its scenario.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use super::agents::read_agents;
@@ -8,6 +9,7 @@ use super::model::Vehicles;
 use super::topology::read_topology;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problems, Sort, did_you_mean, read};
+use crate::data::Library;
 use crate::formula::{Formula, Jet};
 use crate::math::TopologySchedule;
 use crate::vehicle::Actuator;
@@ -45,8 +47,8 @@ impl Context {
     /// Number of coordinates of the references of the thesis's vehicles; with others, a reference has as many as it is given.
     pub const REFERENCE_COORDINATES: usize = 3;
 
-    /// Reads everything; what is wrong goes to `problems`.
-    pub(super) fn read(root: &Node, seed: u64, problems: &mut Problems) -> Option<Self> {
+    /// Reads everything, data files from `library`; what is wrong goes to `problems`.
+    pub(super) fn read(root: &Node, seed: u64, library: &RefCell<Library>, problems: &mut Problems) -> Option<Self> {
         let timing = read_timing(root, problems);
         let parameters = match root.at("parameters") {
             Some(node) => read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default(),
@@ -80,8 +82,8 @@ impl Context {
             disturbance: Vec::new(),
             obstacles: Obstacles::read(root, problems),
         };
-        context.compile_reference(root, vehicles.are_standard(), problems);
-        context.compile_disturbance(root, problems);
+        context.compile_reference(root, vehicles.are_standard(), library, problems);
+        context.compile_disturbance(root, library, problems);
         Some(context)
     }
 
@@ -107,11 +109,20 @@ impl Context {
         match name {
             "i" => Some(f64::from(agent.id)),
             "N" => Some(self.agents.len() as f64),
-            _ => self.parameters.get(name).copied().or_else(|| agent.vehicle.parameter(name)),
+            _ => {
+                let own = self.parameters.get(name).copied().or_else(|| agent.vehicle.parameter(name));
+                own.or_else(|| (name == "seed").then_some(self.seed as f64))
+            }
         }
     }
 
-    fn compile_reference(&mut self, root: &Node, is_standard: bool, problems: &mut Problems) {
+    fn compile_reference(
+        &mut self,
+        root: &Node,
+        is_standard: bool,
+        library: &RefCell<Library>,
+        problems: &mut Problems,
+    ) {
         let given = root.at("reference.position").and_then(Node::as_array).map_or(0, <[Node]>::len);
         let coordinates = if is_standard { Self::REFERENCE_COORDINATES } else { given.max(1) };
         if !is_standard && root.at("reference").is_none() {
@@ -123,7 +134,7 @@ impl Context {
             return;
         }
         check_keys(root, "reference", &["position", "define"], problems);
-        let formulas = Formulas { root, section: "reference", variables: vec![("t", 0)] };
+        let formulas = Formulas { root, section: "reference", library: Some(library), variables: vec![("t", 0)] };
         let finding = |formula: &Formula| {
             let jet = formula.evaluate_jet(&[Jet::time(0.0)]);
             let named = [("value", jet.value), ("velocity", jet.rate), ("acceleration", jet.acceleration)];
@@ -142,7 +153,7 @@ impl Context {
         }
     }
 
-    fn compile_disturbance(&mut self, root: &Node, problems: &mut Problems) {
+    fn compile_disturbance(&mut self, root: &Node, library: &RefCell<Library>, problems: &mut Problems) {
         let keys = ["matched", "matched_first_order", "mismatched", "define"];
         check_keys(root, "disturbance", &keys, problems);
         for agent in &self.agents {
@@ -168,7 +179,7 @@ impl Context {
                 .chain(named.zip(1..))
                 .chain(generic.iter().map(String::as_str).zip(1..))
                 .collect();
-            let formulas = Formulas { root, section: "disturbance", variables };
+            let formulas = Formulas { root, section: "disturbance", library: Some(library), variables };
             let before = problems.len();
             let is_sound = problems.is_empty();
             let constant = |name: &str| self.constant(agent, name);

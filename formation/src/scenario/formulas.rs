@@ -1,7 +1,10 @@
 //! Formulas of a scenario, compiled for each agent.
 
+use std::cell::RefCell;
+
 use crate::config::{Node, Problem, Problems, around};
-use crate::formula::{Expression, Formula, Operand};
+use crate::data::Library;
+use crate::formula::{Expression, Formula, FormulaError, Operand};
 
 /// A list of formulas and the names that they may use.
 pub(super) struct Formulas<'a> {
@@ -9,6 +12,8 @@ pub(super) struct Formulas<'a> {
     pub(super) root: &'a Node,
     /// Dotted path of the section that holds `define` and the lists.
     pub(super) section: &'a str,
+    /// The data files that they may read, if any.
+    pub(super) library: Option<&'a RefCell<Library>>,
     /// Names that vary during a run: slot k of an evaluation.
     pub(super) variables: Vec<(&'a str, usize)>,
 }
@@ -62,7 +67,7 @@ impl Formulas<'_> {
         let message = format!("{found} at t = 0 for agent {agent}: \"{}\"", text(node));
         let mut problem = Problem::new(Some(node.origin.clone()), path, message);
         // A sub-formula may be to blame.
-        let names = node.as_str().and_then(|text| Expression::parse(text).ok());
+        let names = node.as_str().and_then(|text| self.parse(text).ok());
         let names: Vec<String> = names.iter().flat_map(Expression::names).map(str::to_string).collect();
         let defined = self.definitions(constant, &mut Problems::default()).unwrap_or_default();
         let to_blame = defined.iter().find(|(name, formula)| names.contains(name) && finding(formula).is_some());
@@ -73,6 +78,13 @@ impl Formulas<'_> {
         }
         problems.push(problem);
         false
+    }
+
+    fn parse(&self, text: &str) -> Result<Expression, FormulaError> {
+        match self.library {
+            Some(library) => Expression::parse_with(text, &mut *library.borrow_mut()),
+            None => Expression::parse(text),
+        }
     }
 
     fn definitions(
@@ -111,7 +123,7 @@ impl Formulas<'_> {
                 return None;
             }
         };
-        let compiled = Expression::parse(&text).and_then(|expression| {
+        let compiled = self.parse(&text).and_then(|expression| {
             expression.compile(|name| {
                 let slot = self.variables.iter().find(|(variable, _)| *variable == name);
                 let inlined = || defined.iter().rev().find(|(known, _)| known == name);
@@ -124,7 +136,8 @@ impl Formulas<'_> {
             Ok(formula) => Some(formula),
             Err(error) => {
                 let variables = self.variables.iter().map(|(name, _)| *name);
-                let names = variables.chain(defined.iter().map(|(name, _)| name.as_str())).chain(["i", "N", "pi"]);
+                let names =
+                    variables.chain(defined.iter().map(|(name, _)| name.as_str())).chain(["i", "N", "pi", "seed"]);
                 let message = error.with_hint(&text, names).within(&text);
                 problems.push(Problem::new(Some(node.origin.clone()), path, message));
                 None

@@ -1,11 +1,13 @@
 //! Reading a scenario file.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use lockstep::Timing;
 
+use super::data::{read_digests, with_digests};
 use super::model::resolve;
 use super::overrides::{Override, apply, override_problem};
 use super::ranges::read_ranges;
@@ -15,6 +17,7 @@ use super::run_sections::{read_edges, read_groups, read_swaps};
 use super::topology::resolve_files;
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
 use crate::config::{Entry, Node, Problem, Problems, Source, Table, Value, did_you_mean, read};
+use crate::data::{DataFile, DataSource, Library};
 use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -27,6 +30,8 @@ pub struct Selection {
     /// Whether the plant of every agent is a participant, whatever the scenario says: so a run that puts something in the place of
     /// one of them decides.
     pub plant_per_agent: bool,
+    /// Where the data files of formulas are.
+    pub data: DataSource,
 }
 
 /// A scenario: complete, and checked as far as no component is concerned.
@@ -60,6 +65,8 @@ pub struct Scenario {
     pub folder: Option<PathBuf>,
     /// Edges `reader <- writer` whose timing is not that of their components.
     pub edges: Vec<(String, Timing)>,
+    /// The data files that its formulas read, by their paths.
+    pub data: Vec<DataFile>,
     /// Ranges of fields, which stop the run if they are left.
     pub ranges: Vec<FieldRange>,
     /// Which set of metrics applies; empty if none.
@@ -168,6 +175,10 @@ impl Scenario {
         let edges = read_edges(&root, problems);
         let swaps = read_swaps(&root, problems);
         let ranges = read_ranges(&root, problems);
+        let library = RefCell::new(Library::new(selection.data.clone(), read_digests(&root, problems)));
+        let context = Context::read(&root, seed, &library, problems)?;
+        let data = library.into_inner().into_files();
+        let (on_failure, overrun) = (FailurePolicy::read(&root, problems), read_overrun(&root, problems));
         Some(Self {
             name: name.unwrap_or_default(),
             title: title.unwrap_or_default(),
@@ -175,18 +186,19 @@ impl Scenario {
             variant,
             variants,
             overrides: selection.overrides.clone(),
-            context: Context::read(&root, seed, problems)?,
+            context,
             plant_per_agent,
             groups,
-            on_failure: FailurePolicy::read(&root, problems),
-            overrun: read_overrun(&root, problems),
+            on_failure,
+            overrun,
             edges,
             swaps,
             folder: None,
+            root: with_digests(root, &data),
+            data,
             ranges,
             metrics: metrics.unwrap_or_default(),
             expectations,
-            root,
         })
     }
 

@@ -7,6 +7,7 @@ mod agent_number;
 mod agents;
 mod context;
 mod coordinates;
+mod data;
 mod disturbance;
 mod elsewhere;
 mod expectation;

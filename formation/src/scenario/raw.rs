@@ -57,6 +57,8 @@ pub(super) struct RawScenario {
     reference: Option<Elsewhere>,
     #[schemars(schema_with = "schema::disturbance")]
     disturbance: Option<Elsewhere>,
+    #[schemars(schema_with = "schema::data")]
+    data: Option<Elsewhere>,
     #[schemars(with = "Obstacles")]
     obstacles: Option<Elsewhere>,
     #[schemars(schema_with = "schema::edges")]
@@ -147,8 +149,8 @@ mod tests {
 
     #[test]
     fn the_sections_are_the_fields_of_the_type() {
-        assert_eq!(SECTIONS.len(), 29);
-        assert_eq!((SECTIONS[0], SECTIONS[28]), ("name", "ranges"));
+        assert_eq!(SECTIONS.len(), 30);
+        assert_eq!((SECTIONS[0], SECTIONS[29]), ("name", "ranges"));
         let described = sections(&mut SchemaGenerator::default());
         assert!(SECTIONS.iter().all(|name| described.contains_key(*name)));
     }

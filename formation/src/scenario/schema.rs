@@ -65,6 +65,15 @@ pub(super) fn disturbance(_: &mut SchemaGenerator) -> Schema {
     })
 }
 
+/// `[data]`.
+pub(super) fn data(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "object", "additionalProperties": { "type": "string", "pattern": "^[0-9a-f]{64}$" },
+        "description": "SHA-256 of data files that formulas read, by their paths: other files are refused. Logs have those of all \
+                        files, which are attached to them.",
+    })
+}
+
 /// `[edges]`.
 pub(super) fn edges(_: &mut SchemaGenerator) -> Schema {
     json_schema!({

@@ -24,4 +24,6 @@ pub use component::{Checks, Component, Kind};
 pub use interface::Interface;
 pub use outputs::{BoundOutputs, Outputs};
 pub use present::present;
-pub use station::{Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, scenario_text};
+pub use station::{
+    Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, run_selection, scenario_text,
+};

@@ -29,7 +29,7 @@ pub fn present(
             continue;
         };
         let elsewhere = trial.variants(selection).into_iter().map(|variant| {
-            let selection = Selection { variant: Some(variant), ..Selection::default() };
+            let selection = Selection { variant: Some(variant), data: selection.data.clone(), ..Selection::default() };
             trial.absence(&selection)
         });
         if elsewhere.into_iter().all(|absence| absence.is_some()) {
@@ -55,9 +55,10 @@ pub(super) fn add_variants_with(
         let of_it = |problem: &&mut Problem| problem.sort == Sort::Unknown && problem.origin.as_ref() == Some(&origin);
         let Some(problem) = problems.iter_mut().find(of_it) else { continue };
         let trial = Trial { file, text, roles, candidate };
-        let others = Selection { variant: selection.variant.clone(), ..Selection::default() };
+        let data = || selection.data.clone();
+        let others = Selection { variant: selection.variant.clone(), data: data(), ..Selection::default() };
         let having = trial.variants(&others).into_iter().filter(|variant| {
-            trial.absence(&Selection { variant: Some(variant.clone()), ..Selection::default() }).is_none()
+            trial.absence(&Selection { variant: Some(variant.clone()), data: data(), ..Selection::default() }).is_none()
         });
         let having: Vec<String> = having.collect();
         if !having.is_empty() {

@@ -10,6 +10,7 @@ use super::components::read_component;
 use super::unbound::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems, read_text};
+use crate::data::DataSource;
 use crate::scenario::{Context, Scenario, Selection};
 
 /// Name of the effective scenario in the run directory, from which every process builds its participants.
@@ -29,6 +30,12 @@ pub fn scenario_text() -> Result<String, String> {
     let plan = Plan::read(Path::new(&directory)).map_err(|error| error.to_string())?;
     plan.check_source(&text).map_err(|error| format!("{}: {error}", path.display()))?;
     Ok(text)
+}
+
+/// What a process of a run chooses of the effective scenario: nothing but the data files in the run directory.
+pub fn run_selection() -> Selection {
+    let directory = std::env::var_os(RUN_DIRECTORY).map_or(DataSource::None, |path| DataSource::Run(path.into()));
+    Selection { data: directory, ..Selection::default() }
 }
 
 /// What builds the participants of a process: from the plan of the run and the numbers of the nodes to host.
@@ -124,7 +131,7 @@ pub fn pair(
 /// # Errors
 /// Says why it cannot be read; outside a run there is none.
 pub fn load_scenario() -> Result<Scenario, String> {
-    Scenario::load(SCENARIO_FILE, &scenario_text()?, &Selection::default()).map_err(first)
+    Scenario::load(SCENARIO_FILE, &scenario_text()?, &run_selection()).map_err(first)
 }
 
 fn first(problems: Vec<Problem>) -> String {

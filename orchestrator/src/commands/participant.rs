@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use formation::config::Problem;
-use formation::scenario::{Scenario, Selection};
-use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
+use formation::scenario::Scenario;
+use formation::wiring::{Assembly, SCENARIO_FILE, run_selection, scenario_text};
 
 use crate::catalog::Catalog;
 use crate::recorded::played;
@@ -31,7 +31,7 @@ pub(crate) fn participant(catalog: &Catalog, args: &ParticipantArgs) -> ExitCode
         tracing::info!(pid = std::process::id(), hosts = names.join(", "), "building");
         let text = scenario_text()?;
         let first = |problems: Vec<Problem>| problems[0].to_string();
-        let selection = Selection::default();
+        let selection = run_selection();
         if let Some(log) = &args.replay {
             let scenario = Scenario::load(SCENARIO_FILE, &text, &selection).map_err(first)?;
             return played(log, &scenario, &plan.network, nodes, args.factor).map_err(|error| error.to_string());

@@ -12,7 +12,7 @@ use hardware::settings::{Emulator, Settings};
 use plant::Laboratory;
 use plant::laboratory::is_emulated;
 
-use super::select::{add_present, find};
+use super::select::{add_present, data_source, find};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
@@ -122,6 +122,7 @@ impl Job {
     fn scenario(&self, catalog: &Catalog) -> Result<Scenario, Failure> {
         let (file, text) = find(catalog, &self.emulator.scenario)?;
         let mut selection = self.selection.clone();
+        selection.data = data_source(catalog, &self.emulator.scenario);
         add_present(catalog, &file, &text, &mut selection, &self.if_present)?;
         Ok(Scenario::load(&file, &text, &selection)?)
     }

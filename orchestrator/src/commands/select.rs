@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use formation::config::{TextError, brief, did_you_mean, read_text};
+use formation::data::DataSource;
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, present};
 
@@ -22,6 +23,7 @@ pub(super) fn assemble(catalog: &Catalog, args: &ScenarioArgs) -> Result<Assembl
 pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[String]) -> Result<Assembly, Failure> {
     let (file, text) = find(catalog, &args.scenario)?;
     let mut selection = selection(args);
+    selection.data = data_source(catalog, &args.scenario);
     selection.plant_per_agent = swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default()));
     add_present(catalog, &file, &text, &mut selection, &args.set_if_present)?;
     let mut assembly = Assembly::load(&file, &text, &selection, &catalog.roles)?;
@@ -61,7 +63,7 @@ pub(super) fn from_log(catalog: &Catalog, log: &Log) -> Result<Assembly, Failure
 /// The scenario that a log holds, with its components; of the samples, none is read. What `selection` chooses comes on top.
 pub(super) fn from_head(catalog: &Catalog, log: &Path, selection: &Selection) -> Result<Assembly, Failure> {
     let head = Head::read(log)?;
-    let scenario = scenario_in(log, head.scenario.as_deref(), Some(&head.metadata), selection)?;
+    let scenario = scenario_in(log, head.scenario.as_deref(), &head.data, Some(&head.metadata), selection)?;
     Ok(Assembly::new(scenario, &catalog.roles)?)
 }
 
@@ -69,7 +71,7 @@ fn selection(args: &ScenarioArgs) -> Selection {
     let short = [("timing.dt", &args.dt), ("timing.duration", &args.duration), ("seed", &args.seed)];
     let short = short.into_iter().filter_map(|(path, value)| Some(format!("{path}={}", value.as_ref()?)));
     let overrides = args.set.iter().cloned().chain(short).collect();
-    Selection { variant: args.variant.clone(), overrides, plant_per_agent: false }
+    Selection { variant: args.variant.clone(), overrides, ..Selection::default() }
 }
 
 /// Adds those of the overrides `conditional` to the selection whose field its variant has. The others are left out.
@@ -86,6 +88,15 @@ pub(super) fn add_present(
     }
     selection.overrides.extend(found);
     Ok(())
+}
+
+/// Where the data files of a scenario are: beside its file. A shipped one has none.
+pub(super) fn data_source(catalog: &Catalog, name: &str) -> DataSource {
+    let folder = Path::new(name).parent().map(Path::to_path_buf);
+    match catalog.scenario(name) {
+        Some(_) => DataSource::None,
+        None => folder.map_or(DataSource::None, DataSource::Folder),
+    }
 }
 
 /// Name and text of a shipped scenario, or of a file.

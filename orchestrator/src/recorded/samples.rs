@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use formation::data::DataSource;
 use formation::scenario::{Scenario, Selection};
 use lockstep::{ChannelId, Layout, Network, Period, Shape};
 
@@ -98,7 +99,8 @@ impl RecordedSamples {
 fn check_scenario(path: &Path, head: &Head, scenario: &Scenario) -> Result<(), ReplayError> {
     let missing = |reason| ReplayError::NoScenario { path: path.into(), reason };
     let text = head.scenario.as_ref().ok_or_else(|| missing(String::new()))?;
-    let recorded = Scenario::load(&format!("{} (scenario.toml)", path.display()), text, &Selection::default());
+    let selection = Selection { data: DataSource::Bytes(head.data.clone()), ..Selection::default() };
+    let recorded = Scenario::load(&format!("{} (scenario.toml)", path.display()), text, &selection);
     let recorded = recorded.map_err(|problems| missing(format!(": {}", problems[0])))?;
     let path = path.to_path_buf();
     if recorded.name != scenario.name {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use formation::wiring::{Assembly, SCENARIO_FILE};
+use formation::wiring::Assembly;
 use lockstep::{Local, Plan, StepError, Store};
 use processes::{Conductor, RunDirectory, RunError, Settings, Statistics, allowed_cores, pin_to_core, run_name};
 
@@ -14,6 +14,7 @@ use crate::run::options::Options;
 use crate::run::pinning::{Affinity, describe};
 use crate::run::priority::Priority;
 use crate::run::robots::{Robots, place_hands, with_hands};
+use crate::run::sources::write_scenario;
 use crate::run::stress::Stress;
 use crate::run::swap::Swap;
 
@@ -142,10 +143,7 @@ impl Engine {
         plan.traced = options.traced_runs();
         let directory = RunDirectory::create(&run_name(&assembly.scenario.name, options.wake))?;
         reached(&directory, count + 1);
-        let path = directory.path().join(SCENARIO_FILE);
-        let text = assembly.to_toml();
-        std::fs::write(&path, &text).map_err(Failure::system(format!("write {}", path.display())))?;
-        plan.bind_source(&text);
+        plan.bind_source(&write_scenario(assembly, directory.path())?);
         let program = std::env::current_exe().map_err(Failure::system("find this program"))?;
         let settings = Settings {
             deadline: lockstep::duration(options.on_failure.deadline),

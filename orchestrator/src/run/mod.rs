@@ -19,7 +19,8 @@ mod recovery;
 pub mod robots;
 pub mod scene;
 mod session;
-pub mod stress;
+pub(crate) mod sources;
+mod stress;
 pub mod swap;
 
 pub use options::Options;

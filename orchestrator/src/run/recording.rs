@@ -40,6 +40,7 @@ pub(crate) fn create_log(
         flush_every: DEFAULT_FLUSH_EVERY,
     };
     let mut recorder = Recorder::create_at(place, &info)?;
+    scenario.data.iter().try_for_each(|file| recorder.attach_data(&file.path, &file.bytes))?;
     players.iter().try_for_each(|player| recorder.note(PLAYER, &player.to_metadata()))?;
     Ok(recorder)
 }

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use formation::scenario::Selection;
-use formation::wiring::{Assembly, SCENARIO_FILE, scenario_text};
+use formation::wiring::{Assembly, SCENARIO_FILE, run_selection, scenario_text};
 use lockstep::{Fault, Io, Participant, Plan, Slice, Step};
 use schemes::ROLES;
 
@@ -45,7 +44,7 @@ fn sleep_forever() -> ! {
 
 fn build(fault: &str, plan: &Plan, nodes: &[usize]) -> Result<Vec<Box<dyn Participant>>, String> {
     let text = scenario_text()?;
-    let loaded = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &ROLES);
+    let loaded = Assembly::load(SCENARIO_FILE, &text, &run_selection(), &ROLES);
     let assembly = loaded.map_err(|problems| problems[0].to_string())?;
     if assembly.network != plan.network && fault != "any-signals" {
         return Err("the signals are not mine".into());

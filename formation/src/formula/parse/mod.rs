@@ -1,14 +1,16 @@
 //! Tokens to postfix terms and to the tree of a condition, by recursive descent.
 
 mod conditions;
+mod data;
 mod numbers;
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use super::function::Function;
+use super::function::{Binary, Unary};
 use super::token::{Kind, Token};
 use super::tree::Tree;
-use super::{Cursor, FormulaError, Operands};
+use super::{Cursor, Curve, FormulaError, Operands};
 
 /// Longest formula in bytes.
 const LONGEST: usize = 4096;
@@ -24,7 +26,12 @@ pub(super) enum Term {
     Name(usize),
     /// The slot of an operand that the caller has read.
     Slot(usize),
-    Apply(Function),
+    Unary(Unary),
+    Binary(Binary),
+    /// The curve of this index into [`Parsed::curves`], at the place that the operand before it gives.
+    Curve(usize),
+    /// Of the three operands before it, the second if the first is the truth, 1, else the third.
+    Select,
 }
 
 /// A free name of a formula.
@@ -60,6 +67,8 @@ pub(super) struct Parsed {
     pub(super) terms: Vec<(usize, Term)>,
     /// Free names in order of first appearance.
     pub(super) names: Vec<Name>,
+    /// The curves through data.
+    pub(super) curves: Vec<Arc<Curve>>,
     /// The numbers that are compared.
     pub(super) sides: Vec<Side>,
     pub(super) value: Value,
@@ -79,7 +88,8 @@ pub(super) fn parse(text: &str, operands: &mut dyn Operands) -> Result<Parsed, F
     if token.kind == Kind::End {
         return Err(FormulaError::new(0, "expected a formula, found an empty text"));
     }
-    let parsed = Parsed { terms: Vec::new(), names: Vec::new(), sides: Vec::new(), value: Value::Number };
+    let (terms, names, curves, sides) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let parsed = Parsed { terms, names, curves, sides, value: Value::Number };
     let mut parser = Parser { operands, cursor, token, end: 0, depth: 0, parsed };
     let value = parser.either()?;
     match parser.token.kind {
@@ -95,7 +105,9 @@ impl Value {
         match self {
             Value::Number => Ok(()),
             Value::Condition(_) => {
-                Err(FormulaError::new(offset, "expected a number, found a comparison, which holds or does not"))
+                let message =
+                    "expected a number, found a comparison, which holds or does not; if(a < b, 1, 0) is a number";
+                Err(FormulaError::new(offset, message))
             }
         }
     }
@@ -184,7 +196,7 @@ impl<'a, 'o> Parser<'a, 'o> {
 
     fn unexpected(&self, expected: &str) -> FormulaError {
         let hint = match self.token.kind {
-            Kind::Name("and" | "or") => "",
+            Kind::Name("and" | "or" | "not") => "",
             Kind::Number(_) | Kind::Name(_) | Kind::Symbol('(') => "; a product is written with '*'",
             _ => "",
         };

@@ -4,6 +4,7 @@ use super::super::FormulaError;
 use super::super::function::{Binary, Function, Unary};
 use super::super::token::Kind;
 use super::{Name, Parser, Rule, Term, Value};
+use crate::text::did_you_mean;
 
 impl<'a, 'o> Parser<'a, 'o> {
     pub(super) fn sum(&mut self) -> Result<Value, FormulaError> {
@@ -32,7 +33,7 @@ impl<'a, 'o> Parser<'a, 'o> {
             first.number(start)?;
             let offset = self.advance()?.offset;
             self.number(operand)?;
-            self.emit(offset, Term::Apply(Function::Binary(binary)));
+            self.emit(offset, Term::Binary(binary));
         }
         Ok(first)
     }
@@ -43,7 +44,7 @@ impl<'a, 'o> Parser<'a, 'o> {
         }
         let offset = self.advance()?.offset;
         self.nested(|parser| parser.number(Self::signed))?;
-        self.emit(offset, Term::Apply(Function::Unary(Unary::Negate)));
+        self.emit(offset, Term::Unary(Unary::Negate));
         Ok(Value::Number)
     }
 
@@ -55,7 +56,7 @@ impl<'a, 'o> Parser<'a, 'o> {
             let offset = self.advance()?.offset;
             // The exponent may have a sign and, by the recursion, a power of its own: 2^-3^2 = 2^(-(3^2)).
             self.nested(|parser| parser.number(Self::signed))?;
-            self.emit(offset, Term::Apply(Function::Binary(Binary::Power)));
+            self.emit(offset, Term::Binary(Binary::Power));
         }
         Ok(base)
     }
@@ -68,8 +69,11 @@ impl<'a, 'o> Parser<'a, 'o> {
                 self.emit(token.offset, Term::Number(value));
                 Ok(Value::Number)
             }
-            Kind::Name("and" | "or") => Err(self.unexpected("a number, a name or '('")),
+            Kind::Name("and" | "or" | "not") => Err(self.unexpected("a number, a name or '('")),
             Kind::Name("not_finite") => self.not_finite(),
+            Kind::Name("if") => self.choice(),
+            Kind::Name("table") => self.table(),
+            Kind::Name("trajectory") => self.trajectory(),
             Kind::Name(name) => match Function::named(name) {
                 Some(function) => self.call(name, function),
                 None => self.operand(name),
@@ -97,9 +101,11 @@ impl<'a, 'o> Parser<'a, 'o> {
         }
         self.advance()?;
         if self.token.kind == Kind::Symbol('(') {
-            let functions = Function::names();
-            let message =
-                format!("expected one of the functions {functions}, found '{name}('; a product is written with '*'");
+            let functions = Function::names().collect::<Vec<_>>().join(", ");
+            let hint = did_you_mean(name, Function::names());
+            let message = format!(
+                "expected one of the functions {functions}, found '{name}('{hint}; a product is written with '*'"
+            );
             return Err(FormulaError::new(token.offset, message));
         }
         if token.kind == Kind::Name("pi") {
@@ -122,8 +128,8 @@ impl<'a, 'o> Parser<'a, 'o> {
         loop {
             self.nested(|parser| parser.number(Self::sum))?;
             found += 1;
-            if found > 1 && function.arguments().is_none() {
-                self.emit(token.offset, Term::Apply(function));
+            for term in function.behind(found) {
+                self.emit(token.offset, term);
             }
             if self.token.kind != Kind::Symbol(',') {
                 break;
@@ -132,14 +138,12 @@ impl<'a, 'o> Parser<'a, 'o> {
         }
         self.close(parenthesis, "an operator, ',' or ')'")?;
         match function.arguments() {
-            None => {}
-            Some(expected) if found == expected => self.emit(token.offset, Term::Apply(function)),
-            Some(expected) => {
+            Some(expected) if found != expected => {
                 let plural = if expected == 1 { "" } else { "s" };
                 let message = format!("expected {expected} argument{plural} of the function '{name}', found {found}");
-                return Err(FormulaError::new(token.offset, message));
+                Err(FormulaError::new(token.offset, message))
             }
+            _ => Ok(Value::Number),
         }
-        Ok(Value::Number)
     }
 }

@@ -44,6 +44,13 @@ fn and_binds_more_tightly_than_or() {
         ("1 < 2 or 1 < 2 and 2 < 1", true),
         ("(1 < 2 or 1 < 2) and 2 < 1", false),
         ("((x)) < (3) and (x + 1) * 2 < 7", true),
+        ("not 2 < 1 and 1 < 2", true),
+        ("not (1 < 2 or 2 < 1)", false),
+        ("not not x < 3", true),
+        ("not 0 < x < 1", true),
+        ("not x < 1/0 - 1/0 or not x >= 1/0 - 1/0", false),
+        ("not not_finite(x) and not (not_finite(1/0) and 1 > 2)", true),
+        ("if(x > 0.5, 2, 3) < 2.5 and x < 3", true),
     ] {
         assert_eq!(condition(text).holds(&[1.0]), holds, "{text}");
     }
@@ -59,6 +66,8 @@ fn margins_are_distances_to_the_other_verdict() {
     assert_eq!(margin("x < z"), f64::NEG_INFINITY);
     assert_eq!(margin("1/0 <= 1/0"), 0.0);
     assert_eq!(margin("not_finite(z)"), f64::INFINITY);
+    assert_eq!(margin("not (x < y and x > 0)"), -1.0);
+    assert_eq!(margin("not x < z"), f64::NEG_INFINITY);
     assert_eq!((margin("x < 1"), condition("x < 1").holds(&[1.0])), (0.0, false));
 }
 
@@ -72,6 +81,12 @@ fn comparisons_are_told_as_written() {
     assert_eq!((second.left.text.as_str(), second.left.value), ("y", 6.0));
     assert_eq!((right.text.as_str(), right.value, second.holds), ("100 * x", 200.0, false));
     assert_eq!((third.relation, &third.right, third.holds), ("is not finite", &None, false));
+    let denied = self::condition("not (x < if(0 < y < 9, 1, 2) or not_finite(y))");
+    let comparisons = denied.comparisons(&[2.0, 6.0]);
+    let [first, second] = comparisons.as_slice() else { panic!("{comparisons:?}") };
+    let right = first.right.as_ref().expect("a right side");
+    assert_eq!((first.relation, right.text.as_str(), right.value), (">=", "if(0 < y < 9, 1, 2)", 1.0));
+    assert_eq!((second.relation, second.left.text.as_str(), second.holds), ("is finite", "y", true));
 }
 
 #[test]
@@ -137,7 +152,7 @@ proptest! {
         prop_oneof![
             Just("x"), Just("`a b`"), Just("1"), Just("2.5e-1"), Just("<"), Just(">="), Just("and"), Just("or"), Just("("),
             Just(")"), Just("+"), Just("-"), Just("*"), Just("/"), Just("abs("), Just("min("), Just(","),
-            Just("not_finite("), Just("`"), Just("é"),
+            Just("not_finite("), Just("`"), Just("é"), Just("not"), Just("if("),
         ],
         0..12,
     )) {

@@ -1,5 +1,7 @@
 //! Time derivatives of formulas: against closed forms and against finite differences.
 
+use std::f64::consts::PI;
+
 use proptest::prelude::*;
 
 use super::{components, formula, jet};
@@ -18,7 +20,7 @@ fn assert_close(found: Jet, expected: [f64; 4], tolerance: f64, what: &str) {
 }
 
 /// Smooth on [0.2, 0.8], every function and operator among them.
-const SMOOTH: [&str; 28] = [
+const SMOOTH: [&str; 39] = [
     "t + 2*t - 3/t",
     "sin(2*t)/(1 + t^2)",
     "cos(3*t)*exp(-t)",
@@ -47,6 +49,17 @@ const SMOOTH: [&str; 28] = [
     "(1 + t)^t",
     "2^(t^2)",
     "-(t - 3)^5 + (t - 3)^9",
+    "hypot(sin(t), t^2)",
+    "hypot(1 - 3*t, 2)",
+    "mod(3*t^2, 0.4)",
+    "mod(-sin(t), 0.2 + t)",
+    "wrap(20*t)*t",
+    "floor(7.5*t)*t - ceil(-3*t^2)*t^3",
+    "t*step(t - 0.4) + t^2*pulse(t, 0.4, 0.2)",
+    "clip(t^2, 0.1, 0.4) + clamp(-t, -0.6, 0)",
+    "noise(3, t, 0.4)*t^2",
+    "if(t < 0.4 or t > 0.6, sin(t), t^3)",
+    "if(0.2 < t^2 < 0.3, if(t > 0, cos(t), 1/0), ln(1 + t))",
 ];
 
 #[test]
@@ -113,6 +126,30 @@ fn at_a_switch_derivatives_are_those_to_the_right() {
         // Both operands are the same, and nothing switches.
         ("max(2*t, t + t) + min(t, t)", 1.0, jet(3.0, 3.0, 0.0, 0.0)),
         ("sign(0*t)", 1.0, jet(0.0, 0.0, 0.0, 0.0)),
+        ("if(t < 1, 7*t, t^2)", 1.0, jet(1.0, 2.0, 2.0, 0.0)),
+        ("if(t <= 1, 7*t, t^2)", 1.0, jet(7.0, 2.0, 2.0, 0.0)),
+        ("if(1 < t, t^2, 7*t)", 1.0, jet(7.0, 2.0, 2.0, 0.0)),
+        ("if(not 1 >= t, t^2, 7*t)", 1.0, jet(7.0, 2.0, 2.0, 0.0)),
+        ("if(t^2 <= 2*t - 1, 1/0, t)", 2.0, jet(2.0, 1.0, 0.0, 0.0)),
+        // The parabola is above its tangent, which shows in the second derivative.
+        ("if(t^2 <= 2*t - 1, t, 7*t)", 1.0, jet(1.0, 7.0, 0.0, 0.0)),
+        ("if(t >= 1 and t <= 2, t^2, 0*t)", 2.0, jet(4.0, 0.0, 0.0, 0.0)),
+        ("if(not_finite(1/t), 0, 1/t)", 2.0, jet(0.5, -0.25, 0.25, -0.375)),
+        ("floor(t)*t", 3.0, jet(9.0, 3.0, 0.0, 0.0)),
+        ("floor(-t)*t", 3.0, jet(-9.0, -4.0, 0.0, 0.0)),
+        ("ceil(t)*t", 3.0, jet(9.0, 4.0, 0.0, 0.0)),
+        ("ceil(-t)*t", 3.0, jet(-9.0, -3.0, 0.0, 0.0)),
+        ("mod(t, 3)*t", 6.0, jet(0.0, 6.0, 2.0, 0.0)),
+        ("mod(-t, 3)*t", 6.0, jet(0.0, -3.0, -2.0, 0.0)),
+        ("mod(7, t)", 7.0, jet(0.0, 0.0, 0.0, 0.0)),
+        ("step(t - 1)*t^2", 1.0, jet(1.0, 2.0, 2.0, 0.0)),
+        ("step(1 - t)*t^2", 1.0, jet(1.0, 0.0, 0.0, 0.0)),
+        ("pulse(t, 1, 2)*t", 1.0, jet(1.0, 1.0, 0.0, 0.0)),
+        ("pulse(t, 1, 2)*t", 3.0, jet(0.0, 0.0, 0.0, 0.0)),
+        ("hypot(3*t - 3, 4 - 4*t)", 1.0, jet(0.0, 5.0, 0.0, 0.0)),
+        ("hypot((t - 1)^2, 0)", 1.0, jet(0.0, 0.0, 2.0, 0.0)),
+        ("hypot(0*t, (1 - t)^3)", 1.0, jet(0.0, 0.0, 0.0, 6.0)),
+        ("clip(3*t, 0, 3)", 1.0, jet(3.0, 0.0, 0.0, 0.0)),
     ] {
         assert_eq!(at(text, t), expected, "{text} at {t}");
         assert_eq!(at(text, t).value.to_bits(), formula(text, &["t"]).evaluate(&[t]).to_bits(), "{text} at {t}");
@@ -131,6 +168,13 @@ fn nested_switches_have_the_slope_to_the_right() {
         "min(min(t, 1), min(t - 1, 3 - t))",
         "sig(t - 2, 1) + sig(max(t - 1, 0), 1)",
         "min(t, 1)*sign(max(t - 2, 0))",
+        "if(t < 2, t, 4 - t)",
+        "if(1 <= t < 3 and not t < 2 or t >= 4, t, -t)",
+        "if(floor(t) <= 1, mod(t, 2), 2*mod(-t, 3))",
+        "ceil(t)*(t - 1) + floor(2 - t)*t",
+        "pulse(t, 1, 2)*t - step(t - 2)*(t + 1)",
+        "clip(2*t, 2, 6) + hypot(3*(t - 2), 4*(t - 2))",
+        "if(step(t - 2) > 0, 1, mod(t, 1))",
     ] {
         for whole in 0..5 {
             let (t, found) = (f64::from(whole), at(text, f64::from(whole)));
@@ -140,6 +184,16 @@ fn nested_switches_have_the_slope_to_the_right() {
             assert_eq!(found.value, value(t), "{text} at {t}");
         }
     }
+}
+
+#[test]
+fn an_angle_goes_on_at_half_a_turn() {
+    let found = at("wrap(t)", PI);
+    assert_eq!(found, jet(PI, 1.0, 0.0, 0.0));
+    let found = at("wrap(t)*t", PI);
+    assert_eq!((found.value, found.rate), (PI * PI, 0.0));
+    let found = at("wrap(-t)*t", PI);
+    assert_eq!((found.value, found.rate), (PI * PI, 0.0), "-pi is pi, and goes down from there");
 }
 
 #[test]
@@ -161,6 +215,26 @@ proptest! {
         let (sine, cosine) = (libm::sin(w * t + c), libm::cos(w * t + c));
         let expected = [3.0 * cosine, -3.0 * w * sine, -3.0 * w * w * cosine, 3.0 * w * w * w * sine];
         assert_close(found, expected, 1e-14, "circle");
+    }
+
+    /// Polynomials in the branches, and everything that may choose between them: the derivatives are those of the polynomial
+    /// that holds just after the instant.
+    #[test]
+    fn branches_have_their_own_derivatives(from in -3..3_i32, to in -3..3_i32, quarter in -16..16_i32, choice in 0..6_usize) {
+        let condition = [
+            format!("t < {from}"),
+            format!("{from} <= t < {to}"),
+            format!("t <= {from} or not t <= {to}"),
+            format!("mod(t, 3) > {from} and floor(t) <= {to}"),
+            format!("ceil(t) < {from} or wrap(t) >= 0"),
+            format!("abs(t - {from}) > abs(t - {to}) or step({to} - t) > 0 and pulse(t, {from}, 2) < 1"),
+        ];
+        let condition = &condition[choice];
+        let t = f64::from(quarter) / 4.0;
+        let holds = |t: f64| formula(&format!("if({condition}, 1, 0)"), &["t"]).evaluate(&[t]) == 1.0;
+        let branch = |holds: bool| at(if holds { "t^3 - t" } else { "2 - 3*t^2" }, t);
+        let found = at(&format!("if({condition}, t^3 - t, 2 - 3*t^2)"), t);
+        prop_assert_eq!(found, Jet { value: branch(holds(t)).value, ..branch(holds(t + 1e-9)) }, "{} at {}", condition, t);
     }
 
     #[test]

@@ -88,6 +88,21 @@ fn every_refusal_says_where_what_and_what_instead() {
         ("sin + 1", 4, "expected '(' behind the function 'sin', found '+'"),
         ("1 + sin(1, 2)", 4, "expected 1 argument of the function 'sin', found 2"),
         ("atan2(1)", 0, "expected 2 arguments of the function 'atan2', found 1"),
+        ("floor(1, 2)", 0, "expected 1 argument of the function 'floor', found 2"),
+        ("mod(1)", 0, "expected 2 arguments of the function 'mod', found 1"),
+        ("pulse(1, 2)", 0, "expected 3 arguments of the function 'pulse', found 2"),
+        ("clip(1, 2, 3, 4)", 0, "expected 3 arguments of the function 'clip', found 4"),
+        ("noise(1)", 0, "expected 3 arguments of the function 'noise', found 1"),
+        ("1 + if(1 < 2, 3)", 4, "expected 3 arguments of the function 'if', found 2"),
+        ("if(1 < 2)", 0, "expected 3 arguments of the function 'if', found 1"),
+        ("if(1, 2, 3)", 3, "expected a comparison such as a < b, found just a number"),
+        ("if 1 < 2", 3, "expected '(' behind the function 'if', found '1'"),
+        (
+            "1 + (2 < 3)",
+            4,
+            "expected a number, found a comparison, which holds or does not; if(a < b, 1, 0) is a number",
+        ),
+        ("1 + not 2", 4, &format!("{operand}, found 'not'")),
         ("1.", 2, "expected a digit behind the point: write 1.0, not 1."),
         (".5", 0, "expected a digit in front of the point: write 0.5, not .5"),
         ("1e999", 0, "expected a number below 1.8e308, found '1e999'"),
@@ -99,6 +114,8 @@ fn every_refusal_says_where_what_and_what_instead() {
     let error = refused("1 + cosine(2)");
     assert_eq!(error.offset, 4);
     assert!(error.message.contains("sin, cos, tan") && error.message.contains("'cosine('"), "{error}");
+    assert!(refused("flor(2)").message.contains("found 'flor('; did you mean `floor`?"));
+    assert!(refused("iff(1 < 2, 3, 4)").message.contains("; did you mean `if`?"));
 }
 
 #[test]
@@ -117,11 +134,13 @@ fn length_and_nesting_are_bounded() {
     assert!(refused(&sum(2049)).message.contains("at most 4096 bytes, found one of 4097"));
 
     let nested = |open: &str, depth: usize, close: &str| format!("{}1{}", open.repeat(depth), close.repeat(depth));
-    for (open, close) in [("(", ")"), ("-", ""), ("2^", ""), ("sin(", ")"), ("min(1,", ")"), ("min(", ",1)")] {
+    for (open, close) in
+        [("(", ")"), ("-", ""), ("2^", ""), ("sin(", ")"), ("min(1,", ")"), ("min(", ",1)"), ("if(1<2,", ",1)")]
+    {
         assert!(Expression::parse(&nested(open, 64, close)).is_ok(), "{open}");
         let error = refused(&nested(open, 65, close));
         assert!(error.message.starts_with("expected at most 64 parentheses"), "{open}: {error}");
-        assert_eq!(refused(&nested(open, 500, close)), error, "{open}");
+        assert_eq!(refused(&nested(open, 400, close)), error, "{open}");
     }
 }
 
@@ -147,6 +166,16 @@ fn intermediate_results_are_bounded() {
 }
 
 #[test]
+fn branches_wait_for_nothing() {
+    let row = |length: usize| format!("{}x{}", "if(x < 2, x, ".repeat(length), ")".repeat(length));
+    assert_eq!(formula(&row(60), &["x"]).evaluate(&[7.0]), 7.0);
+    // What stands between two relations is compared twice, also within itself.
+    let nested = (0..40).fold("x".to_string(), |inner, _| format!("if(0 < {inner} < 9, x, 1)"));
+    let error = refused(&nested);
+    assert!(error.message.starts_with("expected at most 4096 operations"), "{error}");
+}
+
+#[test]
 fn formulas_in_formulas_do_not_grow_without_bound() {
     let double =
         |inner: &Formula| Expression::parse("f + f").unwrap().compile(|_| Some(Operand::Formula(inner.clone())));
@@ -165,6 +194,7 @@ proptest! {
         any::<String>(),
         "[-+*/^(),.0-9a-e_ ×π]{0,60}",
         "((sin|sig|min|atan2|pi|x|y|1|2e3|0.5|,|\\(|\\)|\\+|-|\\*|/|\\^| ){0,30})",
+        "((if\\(|mod\\(|not |<|>=| and | or |x|y|1|,|\\)|\\(|\\+){0,30})",
     ]) {
         match Expression::parse(&text) {
             Ok(expression) => {

@@ -49,7 +49,7 @@ impl Description {
         let names = states.iter().chain(&inputs).map(|variable| variable.name.as_str());
         let variables = std::iter::once("t").chain(names).zip(0..).collect();
         let mut compiler = Compiler {
-            formulas: Formulas { root, section: &self.path, variables },
+            formulas: Formulas { root, section: &self.path, library: None, variables },
             constant: &known,
             problems,
             texts: Vec::new(),

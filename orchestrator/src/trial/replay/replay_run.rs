@@ -4,13 +4,14 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use formation::wiring::{Assembly, SCENARIO_FILE};
+use formation::wiring::Assembly;
 use lockstep::{Network, Plan, WorkerPlan};
 use processes::{Conductor, RunDirectory, RunError, Settings, pin_to_core};
 
 use crate::failure::Failure;
 use crate::run::control::RunControl;
 use crate::run::robots::{place_hands, with_hands};
+use crate::run::sources::write_scenario;
 use crate::run::swap::{Swap, own_program, recording_command};
 
 /// Name of the process that plays the others.
@@ -91,9 +92,7 @@ impl ReplayRun {
         let mut plan = plan.map_err(RunError::from)?;
         plan.traced = setup.traced;
         let directory = RunDirectory::create(&scenario.name)?;
-        let path = directory.path().join(SCENARIO_FILE);
-        std::fs::write(&path, setup.assembly.to_toml())
-            .map_err(Failure::system(format!("write {}", path.display())))?;
+        write_scenario(setup.assembly, directory.path())?;
         Ok(Self { conductor: Conductor::new(directory, plan, setup.settings)?, worker: 0 })
     }
 }

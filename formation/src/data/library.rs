@@ -1,0 +1,138 @@
+//! The data files of a scenario and the curves through them.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::Arc;
+
+use lockstep::sha256;
+
+use super::DataSource;
+use super::csv::Csv;
+use super::source::file_name;
+use super::{minimum_jerk, pieces, spline};
+use crate::formula::{Cursor, Curve, DataCall, DataError, DataFunction, FormulaError, Interpolation, Operands};
+
+/// A data file that formulas use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DataFile {
+    /// As formulas call it.
+    pub path: String,
+    /// SHA-256 of its bytes, 64 lower-case hexadecimal digits.
+    pub digest: String,
+    /// What is in it.
+    pub bytes: Arc<[u8]>,
+}
+
+impl DataFile {
+    /// Its name in the directory of a run.
+    pub fn name(&self) -> String {
+        file_name(&self.digest)
+    }
+}
+
+/// Reads data files for the formulas of a scenario, each file and each curve once.
+#[derive(Debug, Default)]
+pub(crate) struct Library {
+    source: DataSource,
+    /// The SHA-256 of files as far as the scenario gives it.
+    expected: BTreeMap<String, String>,
+    files: BTreeMap<String, Result<DataFile, String>>,
+    /// By function, file and column.
+    curves: BTreeMap<(DataFunction, String, String), Result<Arc<Curve>, DataError>>,
+}
+
+impl Library {
+    pub(crate) fn new(source: DataSource, expected: BTreeMap<String, String>) -> Self {
+        Self { source, expected, ..Self::default() }
+    }
+
+    /// All files that were read, by their paths.
+    pub(crate) fn into_files(self) -> Vec<DataFile> {
+        self.files.into_values().filter_map(Result::ok).collect()
+    }
+
+    fn file(&mut self, path: &str) -> Result<DataFile, String> {
+        let Self { source, expected, files, .. } = self;
+        files.entry(path.into()).or_insert_with(|| read(source, path, expected.get(path).map(String::as_str))).clone()
+    }
+
+    fn make(&mut self, call: &DataCall) -> Result<Curve, DataError> {
+        let file = self.file(call.file).map_err(DataError::File)?;
+        let named = |what: String| format!("{}: {what}", call.file);
+        let csv = Csv::read(&file.bytes).map_err(|what| DataError::File(named(what)))?;
+        curve(&csv, call).map_err(|error| match error {
+            DataError::File(what) => DataError::File(named(what)),
+            DataError::Column(what) => DataError::Column(named(what)),
+        })
+    }
+}
+
+impl Operands for Library {
+    fn read(&mut self, _: &str, _: usize, _: &mut Cursor) -> Result<Option<usize>, FormulaError> {
+        Ok(None)
+    }
+
+    fn curve(&mut self, call: &DataCall) -> Result<Arc<Curve>, DataError> {
+        let key = (call.function, call.file.to_string(), call.column.to_string());
+        if let Some(known) = self.curves.get(&key) {
+            return known.clone();
+        }
+        let made = self.make(call).map(Arc::new);
+        match self.curves.entry(key) {
+            Entry::Vacant(place) => place.insert(made).clone(),
+            Entry::Occupied(known) => known.get().clone(),
+        }
+    }
+}
+
+fn read(source: &DataSource, path: &str, expected: Option<&str>) -> Result<DataFile, String> {
+    let bytes = source.read(path, expected)?;
+    let digest = sha256(&bytes);
+    match expected {
+        Some(expected) if expected != digest => {
+            let message = "the file is another one than [data] of the scenario says: its SHA-256 is";
+            Err(format!("{path}: {message} {digest}, expected {expected}"))
+        }
+        _ => Ok(DataFile { path: path.into(), digest, bytes }),
+    }
+}
+
+/// The curve that a call asks for. Errors do not name the file.
+fn curve(csv: &Csv, call: &DataCall) -> Result<Curve, DataError> {
+    if call.function == DataFunction::Trajectory && pieces::are_in(csv) {
+        csv.place(&format!("{}^0", call.column)).map_err(DataError::Column)?;
+        return pieces::read(csv, call.column).map_err(DataError::File);
+    }
+    let place = csv.place(call.column).map_err(DataError::Column)?;
+    let (x, y) = points(csv, place).map_err(DataError::File)?;
+    Ok(match call.function {
+        DataFunction::Trajectory => minimum_jerk::minimum_jerk(x, &y),
+        DataFunction::Table(Interpolation::Hold) => spline::hold(x, &y),
+        DataFunction::Table(Interpolation::Linear) => spline::linear(x, &y),
+        DataFunction::Table(Interpolation::Cubic) => spline::cubic(x, &y),
+    })
+}
+
+/// The first column, which must increase, and the one at this place.
+fn points(csv: &Csv, place: usize) -> Result<(Vec<f64>, Vec<f64>), String> {
+    let (x, y) = if place == 0 {
+        let [x] = csv.columns([0])?;
+        (x.clone(), x)
+    } else {
+        let [x, y] = csv.columns([0, place])?;
+        (x, y)
+    };
+    if csv.rows() < 2 {
+        return Err(format!("expected at least 2 rows of numbers, found {}", csv.rows()));
+    }
+    match x.windows(2).position(|x| x[1] <= x[0]) {
+        None => Ok((x, y)),
+        Some(row) => {
+            let (line, name) = (csv.line(row + 1), csv.names[0]);
+            let [before, found] = [x[row], x[row + 1]];
+            Err(format!(
+                "line {line}, column `{name}`: expected a number above {before} of the line before, found {found}"
+            ))
+        }
+    }
+}
