@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use lockstep::{Header, Network};
 
@@ -10,8 +11,15 @@ use super::numbers::Numbers;
 use super::reader::LogChannel;
 
 impl Log {
-    /// An empty log of the run `name` with the channels of `network`. There is no file of it; its steps have gaps.
-    pub fn live(name: &str, network: &Network, scenario: String, metadata: BTreeMap<String, String>) -> Self {
+    /// An empty log of the run `name` with the channels of `network`; `data` are the data files of its scenario. There is no file
+    /// of it; its steps have gaps.
+    pub fn live(
+        name: &str,
+        network: &Network,
+        scenario: String,
+        data: BTreeMap<String, Arc<[u8]>>,
+        metadata: BTreeMap<String, String>,
+    ) -> Self {
         let channel = |channel: &lockstep::Channel| LogChannel {
             topic: channel.topic.clone(),
             schema: String::new(),
@@ -25,6 +33,7 @@ impl Log {
             path: PathBuf::from(name),
             complete: true,
             scenario: Some(scenario),
+            data,
             metadata: Some(metadata),
             players: Vec::new(),
             channels: network.channels.iter().map(channel).collect(),
@@ -81,7 +90,7 @@ mod tests {
         let layout = Layout::new([Field::vector("x", 2, "m")]);
         let channels = vec![Channel { topic: "/agent_1/state".into(), agent: 1, layout, initial: Vec::new() }];
         let network = Network { channels, nodes: Vec::new() };
-        let mut log = Log::live("run", &network, String::new(), BTreeMap::new());
+        let mut log = Log::live("run", &network, String::new(), BTreeMap::new(), BTreeMap::new());
         for step in 0..4 {
             let words = [step as f64, -1.0];
             log.push(step * 10, std::iter::once((&Header::new(step, 10, 1, Status::Fresh), &words[..])));

@@ -168,7 +168,7 @@ fn data_files_are_read_back() {
     let mut recorder = Recorder::create(&path, &run.info()).unwrap();
     recorder.attach_data("../wind.csv", b"t,vx\n0,1\n").unwrap();
     let store = run.store();
-    recorder.record(0, &store, |_| Header::new(0, PERIOD_NS.into(), 1, Status::Fresh)).unwrap();
+    recorder.record(0, &store, |_| Header::new(0, PERIOD_NS, 1, Status::Fresh)).unwrap();
     recorder.finish().unwrap();
     let (head, log) = (Head::read(&path).unwrap(), Log::open(&path).unwrap());
     let data = BTreeMap::from([("../wind.csv".to_string(), b"t,vx\n0,1\n".as_slice().into())]);

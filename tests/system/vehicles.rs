@@ -193,6 +193,28 @@ fn mistakes_in_a_vehicle_are_located() {
 }
 
 #[test]
+fn a_new_vehicle_of_each_kind_runs_as_it_is_written() {
+    let folder = Folder::new();
+    for (vehicle, ..) in LIBRARY {
+        let told = succeeds(&folder, &["new", "vehicle", vehicle, "--from", vehicle]);
+        assert!(told.contains("Next:"), "{told}");
+        let file = format!("{vehicle}.toml");
+        succeeds(&folder, &["run", &file, "-q", "--placement", "single", "--duration", "1", "--strict"]);
+    }
+    let again = folder.run(&["new", "vehicle", "unicycle"]);
+    assert!(again.code() == 2 && again.stderr().contains("unicycle.toml exists already"), "{}", again.stderr());
+    let unknown = folder.run(&["new", "vehicle", "boat", "--from", "unicicle"]);
+    assert!(unknown.stderr().contains("did you mean `unicycle`"), "{}", unknown.stderr());
+    let program = folder.run(&["new", "controller", "mine"]);
+    assert!(program.code() == 2 && program.stderr().contains("--lang"), "{}", program.stderr());
+    // The robots of the default reach their places.
+    succeeds(&folder, &["run", "unicycle.toml", "-q", "--placement", "single", "--out", "u.mcap"]);
+    let [place, goal] =
+        ["state", "reference"].map(|role| last(&folder, "u.mcap", &format!("/agent_2/{role}"), "position"));
+    assert!((place[0] - goal[0]).hypot(place[1] - goal[1]) < 0.5, "{place:?} {goal:?}");
+}
+
+#[test]
 fn a_vehicle_may_stand_in_a_file_of_its_own_and_the_log_needs_it_no_more() {
     let folder = Folder::new();
     folder.write(

@@ -17,10 +17,9 @@ pub enum DataSource {
     /// There are none.
     #[default]
     None,
-    /// They are files; relative paths start at this folder.
+    /// They are files; relative paths start at this folder. The directory of a run has them under names with the SHA-256 that its
+    /// scenario gives for them, [`DataFile::name`].
     Folder(PathBuf),
-    /// They are in the directory of a run, under names with the SHA-256 that the scenario gives for them: [`DataFile::name`].
-    Run(PathBuf),
     /// These bytes, by the path that formulas name: those of a log.
     Bytes(BTreeMap<String, Arc<[u8]>>),
 }
@@ -33,18 +32,16 @@ pub(super) fn file_name(digest: &str) -> String {
 impl DataSource {
     /// The bytes of the file that a formula calls `path`, whose SHA-256 is `digest` as far as the scenario says so.
     pub(super) fn read(&self, path: &str, digest: Option<&str>) -> Result<Arc<[u8]>, String> {
-        let file = match (self, digest) {
-            (DataSource::Folder(folder), _) => folder.join(path),
-            (DataSource::Run(folder), Some(digest)) => folder.join(file_name(digest)),
-            (DataSource::Bytes(all), _) => {
-                return all
-                    .get(path)
-                    .cloned()
-                    .ok_or_else(|| format!("{path}: the file is not among the data of the log"));
+        let file = match self {
+            DataSource::Folder(folder) => {
+                let of_run = digest.map(|digest| folder.join(file_name(digest))).filter(|file| file.exists());
+                of_run.unwrap_or_else(|| folder.join(path))
             }
-            (DataSource::None | DataSource::Run(_), _) => {
-                return Err(format!("{path}: there are no data files here"));
+            DataSource::Bytes(all) => {
+                let missing = || format!("{path}: the file is not among the data of the log");
+                return all.get(path).cloned().ok_or_else(missing);
             }
+            DataSource::None => return Err(format!("{path}: there are no data files here")),
         };
         let bytes =
             read_bytes(&file, MOST_BYTES).map_err(|error| format!("cannot read {}: {error}", file.display()))?;

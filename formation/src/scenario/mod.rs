@@ -40,7 +40,7 @@ pub use failure::{FailurePolicy, MOST_RESTARTS, OnFailure};
 pub use graph::Graph;
 pub use load::{Scenario, Selection};
 pub use lookup::LookupError;
-pub use model::{LIBRARY, LibraryVehicle};
+pub use model::{LIBRARY, LibraryVehicle, VehicleParts};
 pub use obstacles::{Boundary, Obstacles};
 pub(crate) use overrides::{Override, foreign};
 pub use proximity::{AdjacencyRow, Proximity};

@@ -34,7 +34,7 @@ pub fn scenario_text() -> Result<String, String> {
 
 /// What a process of a run chooses of the effective scenario: nothing but the data files in the run directory.
 pub fn run_selection() -> Selection {
-    let directory = std::env::var_os(RUN_DIRECTORY).map_or(DataSource::None, |path| DataSource::Run(path.into()));
+    let directory = std::env::var_os(RUN_DIRECTORY).map_or(DataSource::None, |path| DataSource::Folder(path.into()));
     Selection { data: directory, ..Selection::default() }
 }
 

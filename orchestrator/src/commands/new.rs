@@ -10,7 +10,7 @@ use super::select::{assemble, find};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::terminal::quoted;
-use crate::trial::scaffold::{Language, Order, create};
+use crate::trial::scaffold::{Language, Order, create, create_vehicle};
 
 /// What a new project is to serve as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -23,6 +23,8 @@ pub(crate) enum NewRole {
     Planner,
     /// Moves the vehicles
     Plant,
+    /// A scenario file with the equations of a vehicle and a law, which needs no program
+    Vehicle,
 }
 
 #[derive(Debug, Args)]
@@ -32,9 +34,12 @@ pub(crate) struct NewArgs {
     pub(crate) role: NewRole,
     /// Name of the project, and of the folder that is made for it
     pub(crate) name: String,
-    /// What it is written in
+    /// What it is written in; all but a vehicle need it
     #[arg(long, value_enum)]
-    pub(crate) lang: Language,
+    pub(crate) lang: Option<Language>,
+    /// Vehicle of the library to begin with, for a vehicle (see `phalanx list --vehicles`)
+    #[arg(long, value_name = "VEHICLE", default_value = "unicycle")]
+    pub(crate) from: String,
     /// Scenario whose signals it has: a shipped one (see `phalanx list`) or a file
     /// [default: triangle; for an observer, which triangle does not have, cida]
     #[arg(long)]
@@ -48,6 +53,19 @@ pub(crate) struct NewArgs {
 }
 
 pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
+    let role = match args.role {
+        NewRole::Controller => Role::Controller,
+        NewRole::Observer => Role::Observer,
+        NewRole::Planner => Role::Planner,
+        NewRole::Plant => Role::Plant,
+        NewRole::Vehicle => {
+            println!("{}", create_vehicle(&args.name, &args.from)?);
+            return Ok(());
+        }
+    };
+    let Some(language) = args.lang else {
+        return Err(Failure::Usage(format!("a {role} is a program: add --lang python, --lang cpp or --lang rust")));
+    };
     let default = if matches!(args.role, NewRole::Observer) { "cida" } else { "triangle" };
     let (scenario, variant) = (args.scenario.clone().unwrap_or_else(|| default.into()), args.variant.clone());
     // The commands that are printed are given in the folder of the project.
@@ -62,13 +80,8 @@ pub(crate) fn new(catalog: &Catalog, args: &NewArgs) -> Result<(), Failure> {
     let scenario = ScenarioArgs { scenario, variant, ..ScenarioArgs::default() };
     let order = Order {
         name: args.name.clone(),
-        role: match args.role {
-            NewRole::Controller => Role::Controller,
-            NewRole::Observer => Role::Observer,
-            NewRole::Planner => Role::Planner,
-            NewRole::Plant => Role::Plant,
-        },
-        language: args.lang,
+        role,
+        language,
         scenario: named,
         phalanx: args.phalanx.clone(),
         program: std::env::current_exe().map_err(Failure::system("find the path of this program"))?,

@@ -20,7 +20,7 @@ pub mod robots;
 pub mod scene;
 mod session;
 pub(crate) mod sources;
-mod stress;
+pub mod stress;
 pub mod swap;
 
 pub use options::Options;

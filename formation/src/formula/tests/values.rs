@@ -31,7 +31,7 @@ const CLOSURES: [(&str, Closure); 19] = [
     ("sinh(a) + cosh(b)", |[a, b, ..]| libm::sinh(a) + libm::cosh(b)),
     ("sqrt(abs(a)) + ln(abs(b))", |[a, b, ..]| a.abs().sqrt() + libm::log(b.abs())),
     ("hypot(a, b) + floor(c) - ceil(d)", |[a, b, c, d]| libm::hypot(a, b) + c.floor() - d.ceil()),
-    ("clip(a, b, c) + clamp(d, 0, 1)", |[a, b, c, d]| a.max(b).min(c) + d.max(0.0).min(1.0)),
+    ("clip(a, b, c) + clamp(d, 0, 1)", |[a, b, c, d]| a.max(b).min(c) + d.clamp(0.0, 1.0)),
     ("if(a < b, c, d) - if(a < b or c <= d, a, if(c > 1, 2, 3))", |[a, b, c, d]| {
         (if a < b { c } else { d })
             - if a < b || c <= d {

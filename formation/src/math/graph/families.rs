@@ -108,7 +108,7 @@ fn grid(size: usize, shape: Option<[usize; 2]>) -> Result<Vec<(usize, usize)>, S
         let found = format!("found {rows} rows of {columns}");
         return Err(format!("expected rows and columns whose product is {size}, the number of agents, {found}"));
     }
-    let beside = move |i: usize| ((i + 1) % columns != 0).then_some((i, i + 1));
+    let beside = move |i: usize| (!(i + 1).is_multiple_of(columns)).then_some((i, i + 1));
     let below = move |i: usize| (i + columns < size).then_some((i, i + columns));
     Ok((0..size).flat_map(|i| beside(i).into_iter().chain(below(i))).collect())
 }

@@ -50,9 +50,44 @@ impl LibraryVehicle {
         })
     }
 
+    /// What is needed to fly it: states without an initial value, inputs, and what its position is.
+    pub fn parts(&self) -> VehicleParts {
+        let mut root =
+            Node::parse(self.source()).unwrap_or_else(|_| Node::from_override(Value::Bool(false), self.name));
+        // The library has been read by a test.
+        _ = resolve_one(&mut root, "vehicle", "");
+        let names = |path: &str| root.at(path).and_then(Node::as_table).into_iter().flat_map(|table| table.iter());
+        let length = |path: &str| root.at(path).and_then(Node::as_array).map_or(0, <[Node]>::len);
+        VehicleParts {
+            title: root.at("vehicle.title").and_then(Node::as_str).unwrap_or_default().to_string(),
+            states: names("vehicle.states")
+                .filter(|(_, node)| node.at("initial").is_none())
+                .map(|(name, _)| name.to_string())
+                .collect(),
+            inputs: names("vehicle.inputs").map(|(name, _)| name.to_string()).collect(),
+            coordinates: length("vehicle.position"),
+            is_second_order: length("vehicle.velocity") > 0,
+        }
+    }
+
     fn source(&self) -> Arc<Source> {
         Arc::new(Source { name: format!("vehicles/{}.toml", self.name), text: self.text.to_string() })
     }
+}
+
+/// See [`LibraryVehicle::parts`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VehicleParts {
+    /// What it is, in one line.
+    pub title: String,
+    /// The states that have no initial value: rows of agents give them.
+    pub states: Vec<String>,
+    /// The inputs.
+    pub inputs: Vec<String>,
+    /// Number of coordinates of its position.
+    pub coordinates: usize,
+    /// Whether it names a velocity.
+    pub is_second_order: bool,
 }
 
 /// Puts the equations of vehicles of the library, and of vehicles in files, into the tree, below what the scenario says itself.

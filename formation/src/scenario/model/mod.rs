@@ -7,6 +7,6 @@ mod section;
 mod vehicles;
 
 pub(super) use library::resolve;
-pub use library::{LIBRARY, LibraryVehicle};
+pub use library::{LIBRARY, LibraryVehicle, VehicleParts};
 pub(super) use section::{NamedVehicles, vehicle as vehicle_schema};
 pub(super) use vehicles::{VehicleOf, Vehicles};

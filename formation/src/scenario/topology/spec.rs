@@ -87,7 +87,7 @@ pub(super) fn read_graph(node: &Node, path: &str, size: usize, seed: u64, proble
     }
     let table = read::<GraphTable>(node, path, problems)?;
     let found = table.graph(node, size, seed);
-    found.map_err(|(field, message)| _ = problems.at(node, &field, message).path = join(path, &field)).ok()
+    found.map_err(|(field, message)| problems.at(node, &field, message).path = join(path, &field)).ok()
 }
 
 fn join(path: &str, field: &str) -> String {

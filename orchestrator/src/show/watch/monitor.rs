@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use formation::config::{TextError, read_text};
+use formation::data::DataSource;
 use formation::scenario::Selection;
 use formation::wiring::{Assembly, SCENARIO_FILE};
 use lockstep::{ChannelId, Period};
@@ -56,11 +57,14 @@ impl RunMonitor {
             TextError::System(error) => Failure::system(format!("read {}", path.display()))(error),
             other => Failure::Usage(format!("cannot read {}: {other}", path.display())),
         })?;
-        let assembly = Assembly::load(SCENARIO_FILE, &text, &Selection::default(), &catalog.roles)?;
+        let selection = Selection { data: DataSource::Folder(RunDirectory::path_of(run)), ..Selection::default() };
+        let assembly = Assembly::load(SCENARIO_FILE, &text, &selection, &catalog.roles)?;
         let (scenario, network) = (assembly.scenario, assembly.network);
         let metadata: BTreeMap<String, String> =
             [("scenario", &scenario.name), ("variant", &scenario.variant)].map(|(k, v)| (k.into(), v.clone())).into();
-        let empty = Log::live(run, &network, text, metadata);
+        let files = scenario.data.iter();
+        let data = files.map(|file| (file.path.clone(), Arc::clone(&file.bytes))).collect();
+        let empty = Log::live(run, &network, text, data, metadata);
         let monitor = Monitor::join(run, network).map_err(|error| match error {
             MonitorError::Over(run) => Failure::Usage(format!("the run {run} is over")),
             MonitorError::Directory(error) => error.into(),

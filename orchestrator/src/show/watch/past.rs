@@ -135,7 +135,8 @@ mod tests {
     fn steps_that_are_kept_are_spread_evenly() {
         let layout = Layout::new([Field::vector("x", 1, "m")]);
         let channels = vec![Channel { topic: "/agent_1/state".into(), agent: 1, layout, initial: Vec::new() }];
-        let mut log = Log::live("run", &Network { channels, nodes: Vec::new() }, String::new(), BTreeMap::new());
+        let mut log =
+            Log::live("run", &Network { channels, nodes: Vec::new() }, String::new(), BTreeMap::new(), BTreeMap::new());
         let mut kept_steps = KeptSteps::of(100);
         for step in 0..100_000_u64 {
             let header = Header::new(step, 1, 1, Status::Fresh);
@@ -152,7 +153,7 @@ mod tests {
     #[test]
     fn a_run_without_a_log_has_no_past() {
         let network = Network { channels: Vec::new(), nodes: Vec::new() };
-        let mut log = Log::live("run", &network, String::new(), BTreeMap::new());
+        let mut log = Log::live("run", &network, String::new(), BTreeMap::new(), BTreeMap::new());
         let mut kept_steps = KeptSteps::of(100);
         let mut read = |path: Option<&str>| read_past(path.map(Path::new), &network, &mut kept_steps, &mut log);
         assert!(matches!(read(None), Err(NoPast::Unrecorded)));

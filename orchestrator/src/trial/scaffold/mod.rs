@@ -7,9 +7,11 @@ mod python;
 mod rust;
 mod signals;
 mod source;
+mod vehicle;
 
 pub use order::{Language, Order};
 pub use project::create;
+pub use vehicle::create_vehicle;
 
 /// Puts values in the place of `{{key}}`.
 fn fill(template: &str, values: &[(&str, String)]) -> String {
