@@ -3,13 +3,10 @@
 use std::sync::Arc;
 
 use super::evaluate::{Operation, STACK};
-use super::function::{Binary, Unary};
-use super::parse::{Name, Term};
+use super::function::{Binary, MOST_OPERATIONS, Term, Unary};
+use super::parse::Name;
 use super::real::Real;
 use super::{Curve, Formula, FormulaError};
-
-/// Most operations of a formula. Text alone stays below it; formulas put into formulas may multiply without bound.
-pub(super) const LONGEST: usize = 4096;
 
 /// What a free name stands for.
 #[derive(Clone, Debug)]
@@ -164,9 +161,11 @@ impl Compiler {
     }
 
     fn check(&self, offset: usize) -> Result<(), FormulaError> {
-        if self.code.len() > LONGEST {
-            let message =
-                format!("expected at most {LONGEST} operations, named parts included, found {}", self.code.len());
+        if self.code.len() > MOST_OPERATIONS {
+            let message = format!(
+                "expected at most {MOST_OPERATIONS} operations, named parts included, found {}",
+                self.code.len()
+            );
             return Err(FormulaError::new(offset, message));
         }
         let depth = self.parts.last().map_or(0, |part| part.depth);

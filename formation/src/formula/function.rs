@@ -1,7 +1,25 @@
 //! The operations of the language and the names of those that are written as calls.
 
-use super::parse::Term;
 use super::tree::Relation;
+
+/// Most operations of a formula. Text alone stays below it; formulas put into formulas may multiply without bound.
+pub(super) const MOST_OPERATIONS: usize = 4096;
+
+/// An operand, or an operation on the operands before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Term {
+    Number(f64),
+    /// Index into the names of the text.
+    Name(usize),
+    /// The slot of an operand that the caller has read.
+    Slot(usize),
+    Unary(Unary),
+    Binary(Binary),
+    /// The curve of this index into those of the text, at the place that the operand before it gives.
+    Curve(usize),
+    /// Of the three operands before it, the second if the first is the truth, 1, else the third.
+    Select,
+}
 
 /// An operation on one value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

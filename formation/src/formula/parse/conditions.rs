@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use super::super::FormulaError;
-use super::super::compile::LONGEST;
-use super::super::function::{Binary, Unary};
+use super::super::function::{Binary, MOST_OPERATIONS, Term, Unary};
 use super::super::token::Kind;
 use super::super::tree::Tree;
-use super::{Parser, Rule, Side, Start, Term, Value};
+use super::{Parser, Rule, Side, Start, Value};
 
 /// A condition whose sides have been taken out of a text again, to be put into a number.
 struct Truth<'t> {
@@ -159,8 +158,8 @@ impl<'a, 'o> Parser<'a, 'o> {
     /// Emits the terms of a side. One between two relations is emitted twice, so nested ones could multiply without bound.
     fn repeat(&mut self, side: usize, of: &Truth) -> Result<(), FormulaError> {
         self.parsed.terms.extend_from_slice(of.side(side));
-        if self.parsed.terms.len() > LONGEST {
-            let message = format!("expected at most {LONGEST} operations, found more");
+        if self.parsed.terms.len() > MOST_OPERATIONS {
+            let message = format!("expected at most {MOST_OPERATIONS} operations, found more");
             return Err(FormulaError::new(of.offset, message));
         }
         Ok(())

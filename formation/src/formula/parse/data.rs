@@ -1,8 +1,9 @@
 //! Calls that read data files: `table("wind.csv", "vx", t, "cubic")`, `trajectory("way.csv", "x", t)`.
 
+use super::super::function::Term;
 use super::super::token::Kind;
 use super::super::{DataCall, DataError, DataFunction, FormulaError, Interpolation};
-use super::{Parser, Term, Value};
+use super::{Parser, Value};
 use crate::text::did_you_mean;
 
 impl Parser<'_, '_> {

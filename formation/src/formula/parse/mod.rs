@@ -7,7 +7,7 @@ mod numbers;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::function::{Binary, Unary};
+use super::function::Term;
 use super::token::{Kind, Token};
 use super::tree::Tree;
 use super::{Cursor, Curve, FormulaError, Operands};
@@ -17,22 +17,6 @@ const LONGEST: usize = 4096;
 
 /// Deepest nesting of parentheses, calls, signs and exponents. Bounds the recursion of the parser.
 const DEEPEST: usize = 64;
-
-/// An operand, or an operation on the operands before it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Term {
-    Number(f64),
-    /// Index into [`Parsed::names`].
-    Name(usize),
-    /// The slot of an operand that the caller has read.
-    Slot(usize),
-    Unary(Unary),
-    Binary(Binary),
-    /// The curve of this index into [`Parsed::curves`], at the place that the operand before it gives.
-    Curve(usize),
-    /// Of the three operands before it, the second if the first is the truth, 1, else the third.
-    Select,
-}
 
 /// A free name of a formula.
 #[derive(Clone, Debug, PartialEq, Eq)]

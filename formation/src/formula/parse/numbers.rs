@@ -1,9 +1,9 @@
 //! Numbers: sums, products, powers, calls and operands.
 
 use super::super::FormulaError;
-use super::super::function::{Binary, Function, Unary};
+use super::super::function::{Binary, Function, Term, Unary};
 use super::super::token::Kind;
-use super::{Name, Parser, Rule, Term, Value};
+use super::{Name, Parser, Rule, Value};
 use crate::text::did_you_mean;
 
 impl<'a, 'o> Parser<'a, 'o> {
