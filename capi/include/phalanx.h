@@ -59,10 +59,24 @@ void phalanx_clear(phalanx_participant *participant);
  * the run was ended from outside, 1 after an error, 2 if this process was not started by a run. */
 int phalanx_close(phalanx_participant *participant);
 
+/* ---- A process that plays several participants, as with --swap "controller.*@one=PROGRAM". ---- */
+
+/* How many participants this process plays; 1, if the run does not say otherwise. */
+int phalanx_count(const phalanx_participant *participant);
+/* Makes all that follows be about the participant of this number, from 0: questions, and signals to bind. Every one is to be
+ * selected before the first step. Returns 1, or 0 if there is none of this number. */
+int phalanx_select(phalanx_participant *participant, int number);
+/* The number of the selected participant. phalanx_next selects the one whose step it is; the participants run one after the other,
+ * each with its own call of phalanx_next and phalanx_done, and only its own signals can be read and written. */
+int phalanx_selected(const phalanx_participant *participant);
+
 /* ---- What the run is. Before and between steps. ---- */
 
-/* Number of the agent, from 1; 0 for a participant that serves all of them. */
+/* Number of the agent, from 1; 0 for a participant that serves several, or all of them. */
 int phalanx_agent(const phalanx_participant *participant);
+/* The agents that the participant serves: writes the first `capacity` of them to `agents`, ascending, and returns how many there
+ * are. `agents` may be NULL if `capacity` is 0. Fails with -1. */
+int phalanx_served(phalanx_participant *participant, int *agents, int capacity);
 /* Number of agents in the scenario. */
 int phalanx_agents(const phalanx_participant *participant);
 /* Name of the participant in the run, such as "controller_3". Valid until phalanx_close. */
@@ -84,6 +98,12 @@ double phalanx_number(phalanx_participant *participant, const char *name);
 const char *phalanx_text(phalanx_participant *participant, const char *name);
 /* Number of elements of a list. Fails with -1 if there is no such list. */
 int phalanx_length(phalanx_participant *participant, const char *name);
+/* The full dotted name of a parameter for programs: that of an agent (`with` in its row; 0 is the participant's own) or else
+ * that of the section (`[controller.with]`), "gain" -> "controller.with.gain". phalanx_number, phalanx_text, phalanx_path and
+ * phalanx_length take it. Fails with NULL if there is no such parameter. Valid until phalanx_close. */
+const char *phalanx_parameter(phalanx_participant *participant, int agent, const char *name);
+/* A text that is a path, meant from the folder of the scenario file: absolute. Fails with NULL. Valid until phalanx_close. */
+const char *phalanx_path(phalanx_participant *participant, const char *name);
 /* What a controller may know of the vehicle of an agent (from 1; 0 is the participant's own), under the name that formulas
  * use: "m", "R", "Jx", ... The nominal values, if the scenario gives such. Fails with NaN. */
 double phalanx_model(phalanx_participant *participant, int agent, const char *name);
@@ -114,6 +134,12 @@ int phalanx_mismatched(phalanx_participant *participant, int agent, double t, co
  * own; `length` is how many numbers are expected. Returns a handle for phalanx_read, or -1 if there is no such signal, it
  * has another length, or the participant that is replaced does not read it. */
 int phalanx_input(phalanx_participant *participant, const char *channel, int agent, const char *signal, int length);
+/* Any signal that the scenario lets this participant read: `role` is "plant", "planner", "observer" or "controller"; `before` is
+ * 1 for the sample of the step before, 0 for that of this step; `length` 0 stands for as many numbers as the signal has. Returns
+ * a handle for phalanx_read, or -1. */
+int phalanx_signal(phalanx_participant *participant, const char *role, int agent, const char *signal, int length, int before);
+/* How many numbers a signal has. Fails with -1 if there is no such signal. */
+int phalanx_size(phalanx_participant *participant, const char *role, int agent, const char *signal);
 /* A signal to write, as declared by the participant that is replaced. Returns a handle for phalanx_write, or -1. */
 int phalanx_output(phalanx_participant *participant, int agent, const char *signal, int length);
 

@@ -90,8 +90,20 @@ class Participant {
     Participant(const Participant &) = delete;
     Participant &operator=(const Participant &) = delete;
 
-    // Number of the agent, from 1; 0 for a participant that serves all of them.
+    // How many participants this process plays; `select` makes what follows be about one of them, from 0, before the first step,
+    // and next() selects the one whose step it is.
+    int count() const { return phalanx_count(handle_); }
+    void select(int number) const { checked(phalanx_select(handle_, number)); }
+    int selected() const { return phalanx_selected(handle_); }
+
+    // Number of the agent, from 1; 0 for a participant that serves several, or all of them.
     int agent() const { return phalanx_agent(handle_); }
+    // The agents that it serves, ascending.
+    std::vector<int> served() const {
+        std::vector<int> found(static_cast<std::size_t>(checked(phalanx_served(handle_, nullptr, 0))));
+        phalanx_served(handle_, found.data(), static_cast<int>(found.size()));
+        return found;
+    }
     // Number of agents in the scenario.
     int agents() const { return phalanx_agents(handle_); }
     // Its name in the run, such as "controller_3".
@@ -111,6 +123,14 @@ class Participant {
     std::string text(const std::string &name) const { return checked(phalanx_text(handle_, name.c_str())); }
     // Number of elements of a list of the scenario.
     int length(const std::string &name) const { return checked(phalanx_length(handle_, name.c_str())); }
+    // A parameter of the program, [controller.with], or that of an agent (0 is its own) which overrides it.
+    double parameter(const std::string &name, int agent = 0) const { return number(full_name(name, agent)); }
+    // A parameter that is a text.
+    std::string parameter_text(const std::string &name, int agent = 0) const { return text(full_name(name, agent)); }
+    // A parameter that is a path, meant from the folder of the scenario file: absolute.
+    std::string parameter_path(const std::string &name, int agent = 0) const { return path(full_name(name, agent)); }
+    // A text of the scenario that is a path, by its dotted name.
+    std::string path(const std::string &name) const { return checked(phalanx_path(handle_, name.c_str())); }
     // A number of the nominal model of an agent's vehicle, "m".
     double model(const std::string &name, int agent = 0) const {
         return checked(phalanx_model(handle_, agent, name.c_str()));
@@ -156,6 +176,15 @@ class Participant {
     template <std::size_t N> In<N> command_before(const char *signal, int agent = 0) const {
         return input<N>("command", signal, agent);
     }
+    // Any signal that the scenario lets this participant read: of a "plant", "planner", "observer" or "controller", of this
+    // step or of the step before.
+    template <std::size_t N> In<N> read(const char *role, const char *signal, int agent = 0, bool before = false) const {
+        return In<N>(*this, checked(phalanx_signal(handle_, role, agent, signal, static_cast<int>(N), before ? 1 : 0)));
+    }
+    // How many numbers a signal has.
+    int size(const char *role, const char *signal, int agent = 0) const {
+        return checked(phalanx_size(handle_, role, agent, signal));
+    }
     // A signal that this participant publishes.
     template <std::size_t N> Out<N> out(const char *signal, int agent = 0) const {
         return Out<N>(*this, checked(phalanx_output(handle_, agent, signal, static_cast<int>(N))));
@@ -196,6 +225,9 @@ class Participant {
     template <std::size_t> friend class In;
     template <std::size_t> friend class Out;
 
+    std::string full_name(const std::string &name, int agent) const {
+        return checked(phalanx_parameter(handle_, agent, name.c_str()));
+    }
     template <std::size_t N> In<N> input(const char *channel, const char *signal, int agent) const {
         return In<N>(*this, checked(phalanx_input(handle_, channel, agent, signal, static_cast<int>(N))));
     }

@@ -108,28 +108,54 @@ extern "C" fn phalanx_close(participant: Option<Box<Participant>>) -> c_int {
 }
 
 #[unsafe(no_mangle)]
+extern "C" fn phalanx_count(participant: Shared) -> c_int {
+    participant.map_or(0, |participant| participant.count() as c_int)
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_select(participant: Mutable, number: c_int) -> c_int {
+    ask(participant, 0, |participant| participant.select(number).map(|()| 1))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_selected(participant: Shared) -> c_int {
+    participant.map_or(0, |participant| participant.selected() as c_int)
+}
+
+#[unsafe(no_mangle)]
 extern "C" fn phalanx_agent(participant: Shared) -> c_int {
-    participant.map_or(0, |participant| participant.place.agent as c_int)
+    participant.and_then(Participant::place).map_or(0, |place| place.agent as c_int)
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_agents(participant: Shared) -> c_int {
-    participant.map_or(0, |participant| participant.place.agents as c_int)
+    participant.and_then(Participant::place).map_or(0, |place| place.agents as c_int)
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_served(participant: Mutable, agents: *mut c_int, capacity: c_int) -> c_int {
+    ask(participant, -1, |participant| {
+        let room = room(agents, usize::try_from(capacity).unwrap_or(0)).unwrap_or_default();
+        let served = participant.interface()?.served();
+        let count = served.len();
+        room.iter_mut().zip(served).for_each(|(place, agent)| *place = agent.get() as c_int);
+        Ok(count as c_int)
+    })
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_name(participant: Shared) -> *const c_char {
-    participant.map_or(c"".as_ptr(), |participant| participant.place.name.as_ptr())
+    participant.and_then(Participant::place).map_or(c"".as_ptr(), |place| place.name.as_ptr())
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_dt(participant: Shared) -> f64 {
-    participant.map_or(0.0, |participant| participant.place.dt)
+    participant.and_then(Participant::place).map_or(0.0, |place| place.dt)
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_steps(participant: Shared) -> u64 {
-    participant.map_or(0, |participant| participant.place.steps)
+    participant.and_then(Participant::place).map_or(0, |place| place.steps)
 }
 
 #[unsafe(no_mangle)]
@@ -146,6 +172,16 @@ extern "C" fn phalanx_number(participant: Mutable, name: *const c_char) -> f64 {
 #[unsafe(no_mangle)]
 extern "C" fn phalanx_text(participant: Mutable, name: *const c_char) -> *const c_char {
     ask(participant, null(), |participant| participant.text(text(name, "name of a text")?))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_parameter(participant: Mutable, agent: c_int, name: *const c_char) -> *const c_char {
+    ask(participant, null(), |participant| participant.parameter(agent, text(name, "name of a parameter")?))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_path(participant: Mutable, name: *const c_char) -> *const c_char {
+    ask(participant, null(), |participant| participant.path(text(name, "name of a path")?))
 }
 
 #[unsafe(no_mangle)]
@@ -242,6 +278,25 @@ extern "C" fn phalanx_input(
     ask(participant, -1, |participant| {
         participant.input(text(channel, "channel")?, agent, text(signal, "signal")?, length)
     })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_signal(
+    participant: Mutable,
+    role: *const c_char,
+    agent: c_int,
+    signal: *const c_char,
+    length: c_int,
+    before: c_int,
+) -> c_int {
+    ask(participant, -1, |participant| {
+        participant.signal(text(role, "role")?, agent, text(signal, "signal")?, length, before != 0)
+    })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn phalanx_size(participant: Mutable, role: *const c_char, agent: c_int, signal: *const c_char) -> c_int {
+    ask(participant, -1, |participant| participant.size(text(role, "role")?, agent, text(signal, "signal")?))
 }
 
 #[unsafe(no_mangle)]

@@ -13,27 +13,39 @@ use crate::signals::Port;
 /// Exit code of a program that no run started.
 pub(crate) const NOWHERE: c_int = 2;
 
-/// A participant: its place in a run, its signals, and how far it is.
+/// What a process plays: its places in a run, its signals, and how far it is.
 pub(crate) struct Participant {
-    pub(crate) place: Place,
+    /// One per participant that the process plays; none outside a run.
+    seats: Vec<Seat>,
+    /// The number of the one that questions and bindings are about.
+    selected: usize,
+    /// The number of the one whose step is in progress.
+    pub(super) due: usize,
     /// The step in progress, or the last one.
     pub(crate) step: Step,
-    /// What it can ask for and bind; `None` outside a run.
-    pub(super) interface: Option<Interface>,
     /// The graphs from each of these steps on, kept so that nothing is allocated when a step asks for one; none outside a run.
     pub(super) graphs: Vec<(u64, Graph)>,
     pub(super) stage: Stage,
-    pub(super) ports: Vec<Port>,
-    /// The parts of its outputs that it did not bind.
-    pub(super) unbound: Vec<Slice>,
+    /// The signals, each with the number of its participant.
+    pub(super) ports: Vec<(usize, Port)>,
     /// Texts that the caller has pointers to.
     pub(super) texts: Vec<CString>,
     error: CString,
     exit_code: c_int,
 }
 
+/// A participant that this process plays.
+struct Seat {
+    place: Place,
+    /// What it can ask for and bind.
+    interface: Interface,
+    /// The parts of its outputs that it did not bind.
+    unbound: Vec<Slice>,
+    /// Whether the program knows of it.
+    is_known: bool,
+}
+
 /// What a participant asks about its place.
-#[derive(Default)]
 pub(crate) struct Place {
     pub(crate) name: CString,
     /// Number of the agent from 1; 0 if it serves all of them.
@@ -57,13 +69,13 @@ impl Participant {
     /// A participant without a place in any run.
     pub(crate) fn nowhere(reason: &str) -> Self {
         Self {
-            place: Place::default(),
+            seats: Vec::new(),
+            selected: 0,
+            due: 0,
             step: Step { index: 0, dt: 0.0 },
-            interface: None,
             graphs: Vec::new(),
             stage: Stage::Over,
             ports: Vec::new(),
-            unbound: Vec::new(),
             texts: Vec::new(),
             error: c_text(reason),
             exit_code: NOWHERE,
@@ -84,12 +96,11 @@ impl Participant {
                 return Self::nowhere(&format!("{reason}; {hint}"));
             }
         };
-        match role.and_then(|role| find_place(&worker, role)) {
-            Ok((place, interface)) => Self {
-                step: Step { index: 0, dt: place.dt },
-                place,
-                graphs: interface.graphs(),
-                interface: Some(interface),
+        match role.and_then(|role| find_seats(&worker, role)) {
+            Ok(seats) => Self {
+                step: Step { index: 0, dt: worker.plan().dt },
+                graphs: seats.first().map(|seat| seat.interface.graphs()).unwrap_or_default(),
+                seats,
                 stage: Stage::Binding(Box::new(worker)),
                 error: CString::default(),
                 exit_code: 0,
@@ -101,6 +112,44 @@ impl Participant {
                 participant.fail(message);
                 participant
             }
+        }
+    }
+
+    /// How many participants this process plays.
+    pub(crate) fn count(&self) -> usize {
+        self.seats.len()
+    }
+
+    /// The number of the one that questions are about.
+    pub(crate) fn selected(&self) -> usize {
+        self.selected
+    }
+
+    /// Makes questions and bindings be about the participant of this number.
+    pub(crate) fn select(&mut self, number: c_int) -> Result<(), String> {
+        let count = self.seats.len();
+        let number = usize::try_from(number).ok().filter(|&number| number < count);
+        self.selected =
+            number.ok_or_else(|| format!("select: this process plays {count} participants, numbered from 0"))?;
+        self.seats[self.selected].is_known = true;
+        Ok(())
+    }
+
+    /// The place of the selected participant; `None` outside a run.
+    pub(crate) fn place(&self) -> Option<&Place> {
+        self.seats.get(self.selected).map(|seat| &seat.place)
+    }
+
+    /// What the selected participant can ask for and bind; `None` outside a run.
+    pub(super) fn seat(&self) -> Option<&Interface> {
+        self.seats.get(self.selected).map(|seat| &seat.interface)
+    }
+
+    /// The steps, and the parts of the outputs that the participant in progress did not bind; `None` if none runs.
+    pub(super) fn running(&mut self) -> Option<(&mut Link, &[Slice])> {
+        match (&mut self.stage, self.seats.get(self.due)) {
+            (Stage::Running(link), Some(seat)) => Some((link.as_mut(), seat.unbound.as_slice())),
+            _ => None,
         }
     }
 
@@ -167,6 +216,7 @@ impl Participant {
         match due {
             Ok(Some(due)) => {
                 self.step = due.step;
+                (self.due, self.selected) = (due.number, due.number);
                 self.write_unbound();
                 Ok(true)
             }
@@ -191,10 +241,18 @@ impl Participant {
     }
 
     fn connect(&mut self) -> Result<(), String> {
+        if let Some(other) = self.seats.iter().skip(1).find(|seat| !seat.is_known) {
+            return Err(format!(
+                "this process plays {} participants, but the program binds no signal of {}; phalanx_select, or phalanx.Participants in \
+                 Python, goes through them",
+                self.seats.len(),
+                other.interface.name()
+            ));
+        }
         if let Stage::Binding(worker) = std::mem::replace(&mut self.stage, Stage::Over) {
             let link = worker.connect().map_err(|fault| self.told(fault.0))?;
             self.stage = Stage::Running(Box::new(link));
-            self.unbound = self.interface.as_ref().map(Interface::unbound).unwrap_or_default();
+            self.seats.iter_mut().for_each(|seat| seat.unbound = seat.interface.unbound());
         }
         Ok(())
     }
@@ -208,23 +266,23 @@ impl Participant {
     }
 }
 
-fn find_place(worker: &Worker, role: &str) -> Result<(Place, Interface), String> {
+fn find_seats(worker: &Worker, role: &str) -> Result<Vec<Seat>, String> {
     let role = role_of(role, Role::name, "role")?;
     let scenario = load_scenario()?;
-    let [node] = worker.nodes() else {
-        return Err(format!("a program like this is one participant, but it was given {}", worker.nodes().len()));
-    };
     let plan = worker.plan();
-    let station = Station::new(&scenario, plan, role, *node)?;
-    let interface = Interface::new(scenario, station, plan.dt, plan.steps);
-    let place = Place {
-        name: c_text(interface.name()),
-        agent: interface.agent().map_or(0, |agent| agent.get()),
-        agents: interface.agents().len(),
-        dt: plan.dt,
-        steps: plan.steps,
+    let seat = |&node: &usize| -> Result<Seat, String> {
+        let station = Station::new(&scenario, plan, role, node)?;
+        let interface = Interface::new(scenario.clone(), station, plan.dt, plan.steps);
+        let place = Place {
+            name: c_text(interface.name()),
+            agent: interface.agent().map_or(0, |agent| agent.get()),
+            agents: interface.agents().len(),
+            dt: plan.dt,
+            steps: plan.steps,
+        };
+        Ok(Seat { place, interface, unbound: Vec::new(), is_known: false })
     };
-    Ok((place, interface))
+    worker.nodes().iter().map(seat).collect()
 }
 
 /// The role whose `property` is `word`.

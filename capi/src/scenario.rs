@@ -19,7 +19,7 @@ pub(crate) enum Part {
 impl Participant {
     /// Whether the scenario has a value called `name`.
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.interface.as_ref().is_some_and(|interface| interface.has(name))
+        self.seat().is_some_and(|interface| interface.has(name))
     }
 
     /// The number called `name` as it is in force; a boolean is 1 or 0.
@@ -29,13 +29,32 @@ impl Participant {
 
     /// The text called `name`, to be kept as long as the participant.
     pub(crate) fn text(&mut self, name: &str) -> Result<*const c_char, String> {
-        let text = c_text(self.interface()?.text(name).map_err(words)?);
+        let text = self.interface()?.text(name).map_err(words)?.to_string();
+        Ok(self.keep_text(&text))
+    }
+
+    fn keep_text(&mut self, text: &str) -> *const c_char {
+        let text = c_text(text);
         if let Some(known) = self.texts.iter().find(|known| **known == text) {
-            return Ok(known.as_ptr());
+            return known.as_ptr();
         }
         let pointer = text.as_ptr();
         self.texts.push(text);
-        Ok(pointer)
+        pointer
+    }
+
+    /// The dotted name of a parameter of the program; agent 0: that of its own agent, if it serves one.
+    pub(crate) fn parameter(&mut self, agent: c_int, name: &str) -> Result<*const c_char, String> {
+        let agent = if agent == 0 { None } else { Some(self.agent(agent)?) };
+        let path = self.interface()?.parameter(agent, name).map_err(words)?;
+        Ok(self.keep_text(&path))
+    }
+
+    /// A text that is a path, meant from the folder of the scenario file.
+    pub(crate) fn path(&mut self, name: &str) -> Result<*const c_char, String> {
+        let path = self.interface()?.path(name).map_err(words)?;
+        let path = path.to_str().ok_or_else(|| format!("{}: it is no UTF-8 text", path.display()))?;
+        Ok(self.keep_text(path))
     }
 
     /// The number of elements of the list called `name`.
@@ -113,7 +132,7 @@ impl Participant {
     }
 
     pub(crate) fn interface(&self) -> Result<&Interface, String> {
-        self.interface.as_ref().ok_or_else(|| "there is no scenario outside a run".into())
+        self.seat().ok_or_else(|| "there is no scenario outside a run".into())
     }
 }
 

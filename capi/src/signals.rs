@@ -3,7 +3,7 @@
 use std::ffi::c_int;
 
 use formation::wiring::{Interface, Refusal, Role};
-use lockstep::{Io, Slice};
+use lockstep::{Io, Slice, Timing};
 
 use crate::participant::{Participant, Stage, role_of};
 
@@ -21,6 +21,35 @@ impl Participant {
         let (agent, length) = (self.agent(agent)?, positive(signal, length)?);
         let slice = self.binding()?.input(role, agent, signal, length);
         Ok(self.keep(Port::Input(slice.map_err(|Refusal(reason)| reason)?)))
+    }
+
+    /// Binds an input of any role, of this step or of the step before; returns its handle. Length 0 is that of the signal.
+    pub(crate) fn signal(
+        &mut self,
+        role: &str,
+        agent: c_int,
+        signal: &str,
+        length: c_int,
+        before: bool,
+    ) -> Result<c_int, String> {
+        let role = role_of(role, Role::name, "role")?;
+        let agent = self.agent(agent)?;
+        let interface = self.binding()?;
+        let length = match length {
+            0 => interface.size(role, agent, signal).map_err(|Refusal(reason)| reason)?,
+            _ => positive(signal, length)?,
+        };
+        let timing = if before { Timing::Delayed } else { Timing::SameStep };
+        let slice = interface.signal(role, agent, signal, length, timing);
+        Ok(self.keep(Port::Input(slice.map_err(|Refusal(reason)| reason)?)))
+    }
+
+    /// How many numbers a signal has.
+    pub(crate) fn size(&self, role: &str, agent: c_int, signal: &str) -> Result<c_int, String> {
+        let role = role_of(role, Role::name, "role")?;
+        let agent = self.agent(agent)?;
+        let size = self.interface()?.size(role, agent, signal).map_err(|Refusal(reason)| reason)?;
+        Ok(size as c_int)
     }
 
     /// Binds an output; returns its handle.
@@ -51,9 +80,9 @@ impl Participant {
     /// Writes zeros where nothing is bound. Numbers of bound outputs that the program forgets are found by the check of the
     /// outputs.
     pub(super) fn write_unbound(&mut self) {
-        let Stage::Running(link) = &mut self.stage else { return };
+        let Some((link, unbound)) = self.running() else { return };
         let Some(mut io) = link.io() else { return };
-        self.unbound.iter().for_each(|slice| io.slice_mut(*slice).fill(0.0));
+        unbound.iter().for_each(|slice| io.slice_mut(*slice).fill(0.0));
     }
 
     fn io(&mut self) -> Option<Io<'_>> {
@@ -65,19 +94,25 @@ impl Participant {
 
     fn port(&self, handle: c_int) -> Result<Port, String> {
         let port = usize::try_from(handle).ok().and_then(|place| self.ports.get(place));
-        port.copied().ok_or_else(|| {
-            format!("{handle} is no handle of a signal; binding an input or an output returns such handles")
-        })
+        match port {
+            Some((owner, _)) if *owner != self.due => Err(format!(
+                "{handle} is a signal of another participant of this process than the one whose step this is"
+            )),
+            Some((_, port)) => Ok(*port),
+            None => {
+                Err(format!("{handle} is no handle of a signal; binding an input or an output returns such handles"))
+            }
+        }
     }
 
     fn keep(&mut self, port: Port) -> c_int {
-        self.ports.push(port);
+        self.ports.push((self.selected(), port));
         self.ports.len() as c_int - 1
     }
 
     /// The interface to bind signals of, as long as that is possible.
     fn binding(&self) -> Result<&Interface, String> {
-        match (&self.stage, &self.interface) {
+        match (&self.stage, self.seat()) {
             (Stage::Binding(_), Some(interface)) => Ok(interface),
             (Stage::Running(_), _) => Err("signals can be bound before the first step only".into()),
             _ => Err("signals can be bound in a run only".into()),

@@ -7,6 +7,7 @@ mod doors;
 #[cfg(feature = "long-tests")]
 mod endurance;
 mod engine;
+mod external;
 mod faults;
 mod figures;
 mod hardware;

@@ -9,6 +9,7 @@ use serde::Deserialize;
 use super::coordinates::Coordinates;
 use super::elsewhere::Elsewhere;
 use super::model::{VehicleOf, Vehicles};
+use super::program_parameters;
 use super::standard_vehicle::{VehicleKind, VehicleSection};
 use crate::config::{Node, Problems, read};
 use crate::vehicle::{Drive, Model, Omni, Quadcopter, Vehicle, evaluate};
@@ -85,6 +86,10 @@ pub(super) struct Row {
     drag: Option<f64>,
     /// Ratio of torque to thrust of a rotor, m.
     upsilon: Option<f64>,
+    /// Parameters for programs that play participants of this agent; they override those of `[controller.with]` and so on.
+    #[schemars(schema_with = "program_parameters::schema")]
+    #[allow(dead_code, reason = "programs look it up in the tree; here it is a known field")]
+    with: Option<Elsewhere>,
 }
 
 /// The fields of a row.
@@ -106,6 +111,7 @@ pub(super) const AGENT_FIELDS: &[&str] = &[
     "Jz",
     "K",
     "upsilon",
+    program_parameters::WITH,
 ];
 
 /// Reads the rows; what is wrong goes to `problems`. `parameters` are the named numbers of the scenario.

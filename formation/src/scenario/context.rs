@@ -8,9 +8,9 @@ use super::formulas::Formulas;
 use super::model::Vehicles;
 use super::topology::read_topology;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
-use crate::config::{Node, PerAgent, Problems, Sort, did_you_mean, read};
+use crate::config::{Node, PerAgent, Problem, Problems, Sort, did_you_mean, read};
 use crate::data::Library;
-use crate::formula::{Formula, Jet};
+use crate::formula::{Expression, Formula, Jet};
 use crate::math::TopologySchedule;
 use crate::vehicle::Actuator;
 
@@ -51,7 +51,7 @@ impl Context {
     pub(super) fn read(root: &Node, seed: u64, library: &RefCell<Library>, problems: &mut Problems) -> Option<Self> {
         let timing = read_timing(root, problems);
         let parameters = match root.at("parameters") {
-            Some(node) => read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default(),
+            Some(node) => read_parameters(node, problems),
             None => BTreeMap::new(),
         };
         for (name, value) in parameters.iter().filter(|(_, value)| !value.is_finite()) {
@@ -214,6 +214,25 @@ fn section<T: serde::de::DeserializeOwned>(root: &Node, name: &str, problems: &m
             None
         }
     }
+}
+
+/// The named numbers; a dummy where one is wrong, which is reported, so that formulas know the name.
+fn read_parameters(node: &Node, problems: &mut Problems) -> BTreeMap<String, f64> {
+    let Some(table) = node.as_table() else {
+        return read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default();
+    };
+    let mut number = |(name, node): (&str, &Node)| {
+        let path = format!("parameters.{name}");
+        let is_formula = |text: &str| Expression::parse(text).is_ok_and(|parsed| parsed.names().is_empty());
+        if node.as_str().is_some_and(|text| !is_formula(text)) {
+            let message = format!("expected a number, found {}", node.describe());
+            let help = "texts and paths for a program belong to its role, as in `[controller.with]`";
+            problems.push(Problem::new(Some(node.origin.clone()), path, message).with_help(help));
+            return (name.to_string(), 1.0);
+        }
+        (name.to_string(), read::<f64>(node, &path, problems).unwrap_or(1.0))
+    };
+    table.iter().map(|entry| number(entry)).collect()
 }
 
 /// The clock; a dummy where something is wrong, which is reported.

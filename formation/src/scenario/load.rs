@@ -10,6 +10,8 @@ use lockstep::Timing;
 use super::data::{read_digests, with_digests};
 use super::model::resolve;
 use super::overrides::{Override, apply, override_problem};
+use super::plant_groups::{read_plant_groups, split_plant};
+use super::program_parameters::check_with;
 use super::ranges::read_ranges;
 use super::raw::RawScenario;
 use super::realtime::read_overrun;
@@ -27,9 +29,9 @@ pub struct Selection {
     pub variant: Option<String>,
     /// Overrides in order.
     pub overrides: Vec<String>,
-    /// Whether the plant of every agent is a participant, whatever the scenario says: so a run that puts something in the place of
-    /// one of them decides.
-    pub plant_per_agent: bool,
+    /// Names of plants that something else plays, `plant.2` or `plant.1,3-6`: whatever the scenario says, the plant of these agents
+    /// is a participant by itself then.
+    pub swapped_plants: Vec<String>,
     /// Where the data files of formulas are.
     pub data: DataSource,
 }
@@ -51,15 +53,17 @@ pub struct Scenario {
     pub overrides: Vec<String>,
     /// What every component may know.
     pub context: Context,
-    /// Whether every agent's plant is a participant of its own.
+    /// Whether every agent's plant is a participant of its own, apart from `plant_groups`.
     pub plant_per_agent: bool,
+    /// Agents (from 0) whose plants are one participant where others are participants by themselves.
+    pub plant_groups: Vec<Vec<usize>>,
     /// Participants that share a process, by process; empty if the scenario does not say.
     pub groups: Vec<Vec<String>>,
     /// What is to be done when a participant fails.
     pub on_failure: FailurePolicy,
     /// What is to be done about steps that are late, if the scenario says so.
     pub overrun: Option<Overrun>,
-    /// Participants that something else plays, `plant_2`, and what that is, as for `--swap`.
+    /// Names of participants that something else plays, `plant.2` or `controller.*`, and what that is, as for `--swap`.
     pub swaps: Vec<(String, String)>,
     /// The folder of its file, which paths in `[swap]` start from; `None` if it is no file, or its folder is not known.
     pub folder: Option<PathBuf>,
@@ -126,13 +130,7 @@ impl Scenario {
             let message = "a variant is chosen, with --variant NAME or --set variant=NAME, and changed in the file";
             return Err(Problem::new(Some(variants.origin.clone()), "variants", message));
         }
-        let names_one = |(name, _): &(String, String)| name.starts_with("plant_");
-        let is_swapped = read_swaps(&root, &mut Problems::default()).iter().any(names_one);
-        if (selection.plant_per_agent || is_swapped)
-            && let Some(plant) = root.at_mut("plant").and_then(Node::as_table_mut)
-        {
-            plant.insert("per_agent", Node::from_override(Value::Bool(true), "plant.per_agent"));
-        }
+        split_plant(&mut root, selection);
         Ok((root, variant, variants))
     }
 
@@ -171,6 +169,7 @@ impl Scenario {
             None => false,
         };
         check_rates(&root, problems);
+        check_with(&root, problems);
         let groups = read_groups(&root, problems);
         let edges = read_edges(&root, problems);
         let swaps = read_swaps(&root, problems);
@@ -188,6 +187,7 @@ impl Scenario {
             overrides: selection.overrides.clone(),
             context,
             plant_per_agent,
+            plant_groups: read_plant_groups(&root, problems),
             groups,
             on_failure,
             overrun,

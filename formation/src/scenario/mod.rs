@@ -3,6 +3,7 @@
 //! [`Scenario::load`] reads a file, overlays a variant and the overrides of the command line, and checks everything that does
 //! not depend on a component. [`Assembly`](crate::wiring::Assembly) then reads the components and connects them.
 
+mod agent_list;
 mod agent_number;
 mod agents;
 mod context;
@@ -19,6 +20,8 @@ mod lookup;
 mod model;
 mod obstacles;
 mod overrides;
+mod plant_groups;
+mod program_parameters;
 mod proximity;
 mod ranges;
 mod raw;
@@ -28,9 +31,12 @@ mod run_sections;
 mod schema;
 mod shipped;
 mod standard_vehicle;
+mod swap_target;
 mod timing;
 mod topology;
 
+pub use agent_list::agents_in;
+pub(crate) use agent_list::list_of;
 pub use agent_number::AgentNumber;
 pub use agents::Agent;
 pub use context::Context;
@@ -48,4 +54,5 @@ pub use ranges::FieldRange;
 pub use raw::{SECTIONS, sections};
 pub use realtime::Overrun;
 pub use shipped::Shipped;
+pub use swap_target::{Served, SwapTarget};
 pub use timing::Timing;

@@ -2,6 +2,7 @@
 
 use crate::config::{Entry, Node, Table, Value};
 use crate::role::Role;
+use crate::scenario::{agents_in, list_of};
 
 /// What becomes of the agents of a file: the new number of each, `None` for those that are left out.
 pub(super) struct Renumbering {
@@ -66,9 +67,14 @@ impl Renumbering {
         index.and_then(|index| self.numbers.get(index)).map_or(Some(old), |new| new.map(|new| new as i64))
     }
 
-    /// The new form of `3`.
+    /// The new form of `3` or `1,3-6`, with what stands behind an `@`.
     fn digits(&self, text: &str) -> Option<String> {
-        text.parse().map_or_else(|_| Some(text.into()), |old| self.number(old).map(|new| new.to_string()))
+        let (list, behind) = text.find('@').map_or((text, ""), |at| text.split_at(at));
+        let Some(old) = agents_in(list) else { return Some(text.into()) };
+        let mut new: Vec<usize> =
+            old.iter().filter_map(|&old| self.number(old as i64)).map(|new| new as usize).collect();
+        new.sort_unstable();
+        (!new.is_empty()).then(|| list_of(&new) + behind)
     }
 
     /// The new form of `controller.3` or `controller_3`; any other name stays.

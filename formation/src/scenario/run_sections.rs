@@ -55,7 +55,7 @@ pub(super) fn read_swaps(root: &Node, problems: &mut Problems) -> Vec<(String, S
         let players = if node.as_table().is_some() { agents.collect() } else { vec![(name.to_string(), node)] };
         for (name, node) in players {
             match node.as_str() {
-                Some(player) => swaps.push((name.replace('.', "_"), player.to_string())),
+                Some(player) => swaps.push((name, player.to_string())),
                 None => {
                     let message =
                         format!("{name}: expected a command or \"replay:LOG.mcap\", found {}", node.describe());

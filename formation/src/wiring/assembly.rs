@@ -1,16 +1,16 @@
 //! From a scenario to the network of its participants.
 
-use lockstep::{Channel, Layout, Network, Node, Participant};
+use lockstep::{Channel, Layout, LoopError, Network, Node, Participant};
 use std::borrow::Cow;
 
 use super::components::read_components;
 use super::named_participants::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::present::add_variants_with;
 use super::ranges;
-use super::{Bind, Component, Kind, Signals};
+use super::{Bind, Component, Kind, Signals, Swapped, external, swapped};
 use crate::config::{Problem, Problems, Sort};
 use crate::role::Role;
-use crate::scenario::{Scenario, Selection, foreign};
+use crate::scenario::{Scenario, Selection, foreign, list_of};
 
 /// The components that exist, by role. A program of your own starts from those of this repository and adds its own:
 ///
@@ -52,8 +52,14 @@ impl Roles {
         }
     }
 
-    /// The components of a role.
-    pub fn of(&self, role: Role) -> &[Kind] {
+    /// The components of a role: its own, and behind them [`EXTERNAL`], which every catalog has.
+    pub fn of(&self, role: Role) -> impl Iterator<Item = &Kind> {
+        let own = self.own(role);
+        let external = Some(&external::KIND).filter(|kind| own.iter().all(|known| known.name != kind.name));
+        own.iter().chain(external)
+    }
+
+    fn own(&self, role: Role) -> &[Kind] {
         match role {
             Role::Plant => &self.plant,
             Role::Planner => &self.planner,
@@ -162,6 +168,19 @@ impl Assembly {
         self.scenario.with_defaults(defaults)
     }
 
+    /// Whether the component of `role` has no law, so that programs must take the places of its participants.
+    pub fn is_external(&self, role: Role) -> bool {
+        self.components.iter().any(|(known, _, component)| *known == role && component.is_external())
+    }
+
+    /// The participants that these names of `[swap]` or `--swap` mean, such as `controller.3`, `controller.*` or `plant.1,3-6`.
+    ///
+    /// # Errors
+    /// The number of a name that means none, or that names a participant twice, with the reason.
+    pub fn swapped(&self, names: &[&str]) -> Result<Vec<Swapped>, (usize, String)> {
+        swapped::resolve(&self.network, &self.nodes, names)
+    }
+
     fn connect(&mut self) -> Result<(), Vec<Problem>> {
         let mut problems = ranges::check(&self.scenario, &self.signals);
         let mut starters = Vec::new();
@@ -170,7 +189,7 @@ impl Assembly {
                 Ok((node, participant)) => {
                     self.network.nodes.push(node);
                     // Before a run, no command acts: what is read of one that is not there yet is 0.
-                    if self.nodes[index].role != Role::Controller {
+                    if self.nodes[index].role != Role::Controller || self.is_external(Role::Controller) {
                         starters.push((index, participant));
                     }
                 }
@@ -184,10 +203,19 @@ impl Assembly {
         apply_edges(&self.scenario, &mut self.network)?;
         check_groups(&self.scenario, &self.network)?;
         check_failure_policy(&self.scenario, &self.network)?;
-        check_swaps(&self.scenario, &self.network)?;
+        check_swaps(&self.scenario, &self.network, &self.nodes)?;
         let dt = self.scenario.context.timing.dt;
         let begun = lockstep::initial::set(&mut self.network, starters, dt);
-        begun.map_err(|error| vec![self.scenario.problem("", error.to_string())])
+        begun.map_err(|error| vec![self.of_loop(&error)])
+    }
+
+    /// A loop, with the advice how to open it.
+    fn of_loop(&self, error: &LoopError) -> Problem {
+        let role_of = |name: &String| Role::ALL.into_iter().find(|role| name.split('_').next() == Some(role.name()));
+        let external = error.0.iter().filter_map(role_of).find(|role| self.is_external(*role));
+        let Some(role) = external else { return self.scenario.problem("", error.to_string()) };
+        let advice = format!("in `reads` of `[{role}]`, write `@before` behind one of them to read its step before");
+        self.scenario.problem(&format!("{role}.reads"), error.to_string()).with_help(advice)
     }
 
     fn build(&self, index: usize) -> Result<(Node, Box<dyn Participant>), Vec<Problem>> {
@@ -219,14 +247,20 @@ impl Assembly {
 /// The roles whose only node serves all agents. The plant of an only agent may be one per agent, too.
 fn serving_all(scenario: &Scenario, nodes: &[NodeRole]) -> Vec<Role> {
     let is_alone = |role: &Role| nodes.iter().filter(|node| node.role == *role).count() == 1;
-    let is_together = |role: &Role| *role != Role::Plant || !scenario.plant_per_agent;
+    let is_together = |role: &Role| *role != Role::Plant || is_one_plant(scenario);
     [Role::Plant, Role::Planner].into_iter().filter(|role| is_alone(role) && is_together(role)).collect()
+}
+
+/// Whether one participant is the plant of all agents.
+fn is_one_plant(scenario: &Scenario) -> bool {
+    !scenario.plant_per_agent && scenario.plant_groups.is_empty()
 }
 
 pub(super) fn node_name(role: Role, agents: &[usize], serves_all: bool) -> String {
     match agents {
         [agent] if !serves_all => format!("{role}_{}", agent + 1),
-        _ => role.name().to_string(),
+        _ if serves_all => role.name().to_string(),
+        _ => format!("{role}_{}", list_of(&agents.iter().map(|agent| agent + 1).collect::<Vec<_>>())),
     }
 }
 
@@ -252,11 +286,16 @@ fn node_roles(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>
     for &(role, ..) in components {
         let together = match role {
             Role::Planner => true,
-            Role::Plant => !scenario.plant_per_agent,
+            Role::Plant => is_one_plant(scenario),
             Role::Observer | Role::Controller => false,
         };
         if together {
             nodes.push(NodeRole { role, agents: agents.clone() });
+        } else if role == Role::Plant && !scenario.plant_groups.is_empty() {
+            let group_of = |agent: &usize| scenario.plant_groups.iter().find(|group| group.contains(agent));
+            let groups = agents.iter().map(|agent| group_of(agent).cloned().unwrap_or_else(|| vec![*agent]));
+            let firsts = groups.enumerate().filter(|(agent, group)| group[0] == *agent);
+            nodes.extend(firsts.map(|(_, agents)| NodeRole { role, agents }));
         } else {
             nodes.extend(agents.iter().map(|&agent| NodeRole { role, agents: vec![agent] }));
         }

@@ -156,6 +156,26 @@ impl<'a> Bind<'a> {
         }
     }
 
+    /// Whether `role` publishes anything for `agent`.
+    pub(super) fn publishes(&self, role: Role, agent: usize) -> bool {
+        self.signals.find(role, agent).is_some()
+    }
+
+    /// All signals of `role` for `agent`, for a program that chooses among them later.
+    ///
+    /// # Errors
+    /// [`Refusal`] if the scenario has no such participant.
+    pub(super) fn whole(&mut self, role: Role, agent: usize, timing: Timing) -> Result<(), Refusal> {
+        let missing = || format!("the {} `{}` reads the {role}, but this scenario has none", self.role, self.component);
+        let channel = self.signals.find(role, agent).ok_or_else(|| Refusal(missing()))?;
+        let input = Input { channel, timing };
+        if !self.input_ports.contains_key(&key(&input)) {
+            self.input_ports.insert(key(&input), self.inputs.len());
+            self.inputs.push(input);
+        }
+        Ok(())
+    }
+
     /// Any signal of `D` values.
     ///
     /// # Errors
@@ -185,6 +205,44 @@ impl<'a> Bind<'a> {
     ) -> Result<Slice, Refusal> {
         let (port, offset) = self.read_slice(role, agent, name, length, timing)?;
         Ok(Slice::new(port, offset, length))
+    }
+
+    /// Like [`Bind::slice`], but a planned edge of the other timing does not count.
+    ///
+    /// # Errors
+    /// See [`Bind::state`].
+    pub(super) fn slice_exactly(
+        &mut self,
+        role: Role,
+        agent: usize,
+        name: &str,
+        length: usize,
+        timing: Timing,
+    ) -> Result<Slice, Refusal> {
+        let (port, offset) = self.read_slice(role, agent, name, length, timing)?;
+        let Input { channel, timing: planned } = self.inputs[port];
+        if planned == timing {
+            return Ok(Slice::new(port, offset, length));
+        }
+        let [asked, there] = [timing, planned].map(|timing| match timing {
+            Timing::SameStep => "this step",
+            Timing::Delayed => "the step before",
+        });
+        let topic = &self.signals.channels[channel.0].topic;
+        Err(Refusal(format!(
+            "`{name}` of {topic} was asked for of {asked}, but this participant reads that of {there}"
+        )))
+    }
+
+    /// How many values a signal has.
+    ///
+    /// # Errors
+    /// [`Refusal`] if there is no such signal.
+    pub(super) fn size(&self, role: Role, agent: usize, name: &str) -> Result<usize, Refusal> {
+        self.length(role, agent, name).ok_or_else(|| {
+            let offered = self.signals_of(role, agent);
+            Refusal(format!("the {role} of agent {} has no signal `{name}`, {offered}", agent + 1))
+        })
     }
 
     /// A signal of `D` values that this component publishes for `agent`.
@@ -261,7 +319,8 @@ impl<'a> Bind<'a> {
         match exact.or_else(planned) {
             Some(&port) => Ok((port, offset)),
             None if self.fixed => {
-                Err(Refusal(format!("{}, which the participant that it replaces does not read", needs())))
+                let how = "`reads` of a section with `kind = \"external\"` adds it";
+                Err(Refusal(format!("{}, which the participant that it replaces does not read; {how}", needs())))
             }
             None => {
                 self.input_ports.insert(key(&input), self.inputs.len());

@@ -24,6 +24,11 @@ pub trait Component: Send + Sync {
     /// # Errors
     /// [`Refusal`] if a signal that it needs is missing, or if it cannot serve this vehicle.
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal>;
+
+    /// Whether it has no law of its own, so that a program must take its place.
+    fn is_external(&self) -> bool {
+        false
+    }
 }
 
 /// A component by the name that scenario files use.

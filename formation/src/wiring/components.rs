@@ -27,7 +27,8 @@ pub(super) fn read_components(
             }
             continue;
         }
-        components.extend(read_component(scenario, role, roles.of(role), problems));
+        let kinds: Vec<Kind> = roles.of(role).copied().collect();
+        components.extend(read_component(scenario, role, &kinds, problems));
     }
     components
 }
@@ -67,6 +68,8 @@ fn split_kind(section: &Node, role: Role, kinds: &[Kind], problems: &mut Problem
     table.remove("every");
     table.remove("offset");
     table.remove("per_agent");
+    table.remove("groups");
+    table.remove("with");
     let Some(node) = table.remove("kind") else {
         let message = format!("missing field `kind`, expected one of {}", names.join(", "));
         problems.at(section, role.name(), message).sort = Sort::Missing;

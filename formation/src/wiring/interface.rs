@@ -1,5 +1,7 @@
 //! The interface of a participant for programs of users: its place in the run, numbers of the scenario, graph, signals.
 
+use std::path::{Path, PathBuf};
+
 use lockstep::{In, Out, Slice, Timing};
 
 use super::{Refusal, Role, Station};
@@ -37,12 +39,20 @@ impl Interface {
     /// The agent that it serves.
     ///
     /// # Errors
-    /// [`Refusal`] if it serves all agents.
+    /// [`Refusal`] if it serves several agents, or all of them.
     pub fn agent(&self) -> Result<AgentNumber, Refusal> {
         match self.station.agents[..] {
             [agent] if !self.station.serves_all() => Ok(AgentNumber::at(agent)),
-            _ => Err(Refusal("this participant serves all agents; name one, counting from 1".into())),
+            _ if self.station.serves_all() => {
+                Err(Refusal("this participant serves all agents; name one, counting from 1".into()))
+            }
+            _ => Err(Refusal(format!("{} serves several agents; name one, counting from 1", self.name()))),
         }
+    }
+
+    /// The agents that it serves, ascending: one, some, or all.
+    pub fn served(&self) -> impl ExactSizeIterator<Item = AgentNumber> {
+        self.station.agents.iter().map(|&agent| AgentNumber::at(agent))
     }
 
     /// All agents of the scenario, in order.
@@ -102,6 +112,28 @@ impl Interface {
     /// [`Refusal`] if there is no such list.
     pub fn length(&self, name: &str) -> Result<usize, Refusal> {
         Ok(self.scenario.length(name)?)
+    }
+
+    /// The dotted name of a parameter of this program: that of an agent (`with` in its row) or else that of the section
+    /// (`[controller.with]`). [`Interface::number`], [`Interface::text`], [`Interface::path`] and [`Interface::length`] read it.
+    /// Without an agent, it is that of its own agent, if it serves one.
+    ///
+    /// # Errors
+    /// [`Refusal`] if there is no such parameter.
+    pub fn parameter(&self, agent: Option<AgentNumber>, name: &str) -> Result<String, Refusal> {
+        let agent = agent.or_else(|| self.agent().ok()).map(AgentNumber::index);
+        Ok(self.scenario.parameter(self.station.role(), agent, name)?)
+    }
+
+    /// A text of the scenario that is a path, meant from the folder of its file; absolute.
+    ///
+    /// # Errors
+    /// [`Refusal`] if there is no such text, or the current folder, which stands in for that of a scenario without a file, is not
+    /// known.
+    pub fn path(&self, name: &str) -> Result<PathBuf, Refusal> {
+        let folder = self.scenario.folder.as_deref().unwrap_or(Path::new(""));
+        let path = folder.join(self.scenario.text(name)?);
+        std::path::absolute(&path).map_err(|error| Refusal(format!("{}: {error}", path.display())))
     }
 
     /// What a controller may know of the vehicle of `agent`, under the name that formulas use: `m`, `R`, `Jx`.
@@ -223,6 +255,35 @@ impl Interface {
     /// See [`Interface::state`].
     pub fn input(&self, role: Role, agent: AgentNumber, name: &str, length: usize) -> Result<Slice, Refusal> {
         self.station.bind(KIND).slice(role, agent.index(), name, length, timing(role))
+    }
+
+    /// A signal of `length` numbers of any participant: of the step before, or of this step. The scenario must let this program
+    /// read it at that time.
+    ///
+    /// # Errors
+    /// See [`Interface::state`].
+    pub fn signal(
+        &self,
+        role: Role,
+        agent: AgentNumber,
+        name: &str,
+        length: usize,
+        timing: Timing,
+    ) -> Result<Slice, Refusal> {
+        self.station.bind(KIND).slice_exactly(role, agent.index(), name, length, timing)
+    }
+
+    /// How many numbers the signal `name` of `role` for an agent has.
+    ///
+    /// # Errors
+    /// [`Refusal`] if there is no such signal.
+    pub fn size(&self, role: Role, agent: AgentNumber, name: &str) -> Result<usize, Refusal> {
+        self.station.bind(KIND).size(role, agent.index(), name)
+    }
+
+    /// The role that the program plays.
+    pub fn role(&self) -> Role {
+        self.station.role()
     }
 
     /// A signal of `length` numbers to write.

@@ -8,12 +8,14 @@ mod assembly;
 mod bind;
 mod component;
 mod components;
+mod external;
 mod interface;
 mod named_participants;
 mod outputs;
 mod present;
 mod ranges;
 mod station;
+mod swapped;
 pub mod testing;
 mod unbound;
 
@@ -21,9 +23,11 @@ pub use crate::role::Role;
 pub use assembly::{Assembly, NodeRole, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
+pub use external::EXTERNAL;
 pub use interface::Interface;
 pub use outputs::{BoundOutputs, Outputs};
 pub use present::present;
 pub use station::{
-    Built, SCENARIO_FILE, Station, kinds, load_scenario, pair, participant, run_selection, scenario_text,
+    Built, SCENARIO_FILE, SCENARIO_FOLDER, Station, kinds, load_scenario, pair, participant, run_selection, scenario_text,
 };
+pub use swapped::Swapped;

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lockstep::Network;
 
+use super::assembly::NodeRole;
+use super::swapped::resolve;
 use crate::config::{Problem, did_you_mean};
 use crate::scenario::Scenario;
 
@@ -79,34 +81,27 @@ impl Names {
 
 /// Whether every participant that `[placement] groups` names is there, and in one group only.
 pub(super) fn check_groups(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
-    check_once(scenario, network, "placement.groups", scenario.groups.iter().flatten(), "is in two groups")
-}
-
-/// Whether every participant that `[swap]` names is there, and once only.
-pub(super) fn check_swaps(scenario: &Scenario, network: &Network) -> Result<(), Vec<Problem>> {
-    check_once(scenario, network, "swap", scenario.swaps.iter().map(|(name, _)| name), "is swapped twice")
-}
-
-/// Whether every participant that a section names is there, and once only; `twice` is what a message says otherwise.
-fn check_once<'a>(
-    scenario: &Scenario,
-    network: &Network,
-    section: &str,
-    named: impl Iterator<Item = &'a String>,
-    twice: &str,
-) -> Result<(), Vec<Problem>> {
     let names = Names::of(network);
     let mut problems = Vec::new();
     let mut seen = BTreeSet::new();
-    for name in named {
-        let mut report = |message| problems.push(scenario.problem(section, message));
+    for name in scenario.groups.iter().flatten() {
+        let mut report = |message| problems.push(scenario.problem("placement.groups", message));
         if !names.contains(name) {
             report(names.unknown(name));
         } else if !seen.insert(name) {
-            report(format!("`{name}` {twice}"));
+            report(format!("`{name}` is in two groups"));
         }
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Whether the participants that `[swap]` names are there, and none is named twice.
+pub(super) fn check_swaps(scenario: &Scenario, network: &Network, nodes: &[NodeRole]) -> Result<(), Vec<Problem>> {
+    let names: Vec<&str> = scenario.swaps.iter().map(|(name, _)| name.as_str()).collect();
+    match resolve(network, nodes, &names) {
+        Ok(_) => Ok(()),
+        Err((number, reason)) => Err(vec![scenario.problem("swap", format!("{}: {reason}", names[number]))]),
+    }
 }
 
 /// Whether every participant or role that `[on_failure]` names is there.

@@ -6,7 +6,16 @@ use crate::config::{Origin, Problem, Problems, Sort};
 use crate::scenario::{Override, Scenario, Selection};
 
 /// Tables in which any name is a field, so that a name which is not there may be a typing mistake as well.
-const OPEN: [&str; 4] = ["parameters.", "expect.", "reference.define.", "disturbance.define."];
+const OPEN: [&str; 8] = [
+    "parameters.",
+    "expect.",
+    "reference.define.",
+    "disturbance.define.",
+    "plant.with.",
+    "planner.with.",
+    "observer.with.",
+    "controller.with.",
+];
 
 /// Those of the overrides `conditional` whose field the selected variant of the scenario in `text` has. A field that the file leaves
 /// out, but that the component of the variant knows, counts as one that it has.

@@ -1,6 +1,6 @@
 //! The place of a participant in a planned network, and what builds it there, for programs that take the place of one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lockstep::{Network, Node, Participant, Plan, Slice};
@@ -11,10 +11,13 @@ use super::unbound::{Bound, zeroed};
 use super::{Bind, Interface, Kind, Refusal, Role, Signals, ranges};
 use crate::config::{Problem, Problems, read_text};
 use crate::data::DataSource;
-use crate::scenario::{Context, Scenario, Selection};
+use crate::scenario::{Context, Scenario, Selection, agents_in};
 
 /// Name of the effective scenario in the run directory, from which every process builds its participants.
 pub const SCENARIO_FILE: &str = "scenario.toml";
+
+/// Environment variable with the folder of the scenario file, which paths for programs start from.
+pub const SCENARIO_FOLDER: &str = "PHALANX_SCENARIO_FOLDER";
 
 /// Environment variable with the path of the run directory.
 const RUN_DIRECTORY: &str = "PHALANX_RUN_DIR";
@@ -131,7 +134,9 @@ pub fn pair(
 /// # Errors
 /// Says why it cannot be read; outside a run there is none.
 pub fn load_scenario() -> Result<Scenario, String> {
-    Scenario::load(SCENARIO_FILE, &scenario_text()?, &run_selection()).map_err(first)
+    let mut scenario = Scenario::load(SCENARIO_FILE, &scenario_text()?, &run_selection()).map_err(first)?;
+    scenario.folder = std::env::var_os(SCENARIO_FOLDER).map(PathBuf::from);
+    Ok(scenario)
 }
 
 fn first(problems: Vec<Problem>) -> String {
@@ -158,6 +163,11 @@ impl Station {
     /// Says that the node is of another role.
     pub fn new(scenario: &Scenario, plan: &Plan, role: Role, node: usize) -> Result<Self, String> {
         Site { scenario, plan, role, signals: Arc::new(signals_of(&plan.network)) }.station(node)
+    }
+
+    /// Its role.
+    pub fn role(&self) -> Role {
+        self.role
     }
 
     /// Whether it serves all agents, and not one of them.
@@ -217,10 +227,11 @@ fn agents_of(scenario: &Scenario, role: Role, name: &str) -> Result<Vec<usize>, 
     if name == role.name() {
         return Ok((0..count).collect());
     }
-    let number = name.rsplit('_').next().and_then(|number| number.parse::<usize>().ok());
-    let agent = number.and_then(|number| number.checked_sub(1)).filter(|&agent| agent < count);
-    let found = agent.filter(|&agent| node_name(role, &[agent], false) == name);
-    found.map(|agent| vec![agent]).ok_or_else(|| format!("`{name}` is no {role}; this program serves as {role} only"))
+    let agents = name.rsplit('_').next().and_then(agents_in);
+    let agents = agents.filter(|agents| agents.iter().all(|&agent| agent <= count));
+    let agents: Option<Vec<usize>> = agents.map(|agents| agents.into_iter().map(|agent| agent - 1).collect());
+    let found = agents.filter(|agents| node_name(role, agents, false) == name);
+    found.ok_or_else(|| format!("`{name}` is no {role}; this program serves as {role} only"))
 }
 
 fn signals_of(network: &Network) -> Signals {

@@ -152,7 +152,8 @@ impl Recorded {
         }
         let folder = Scratch::create()?;
         let path = folder.path().join("inputs.mcap");
-        let outcome = run(assembly, &Options::new(Placement::Single, Some(path.clone())), |_| {})?;
+        let options = Options { stand_ins: true, ..Options::new(Placement::Single, Some(path.clone())) };
+        let outcome = run(assembly, &options, |_| {})?;
         outcome.ending.into_result()?;
         Ok(Self { path, _folder: Some(folder) })
     }

@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use clap::Args;
 use formation::scenario::Selection;
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, EXTERNAL, Role};
 use processes::Settings;
 use serde_json::{Value, json};
 
 use super::arguments::not_negative;
 use super::check::players_json;
-use super::select::{from_head, names_one_plant};
+use super::select::from_head;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
@@ -59,7 +59,7 @@ pub(crate) struct ReplayArgs {
 
 pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure> {
     // A recorded plant of all agents can be compared with that of one.
-    let selection = Selection { plant_per_agent: names_one_plant(&args.only), ..Selection::default() };
+    let selection = Selection { swapped_plants: vec![args.only.clone()], ..Selection::default() };
     let assembly = from_head(catalog, &args.log, &selection)?;
     let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
     let node = node_called(&args.only, &names);
@@ -76,6 +76,10 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
         Some(text) if is_builtin(text, &node, &names)? => None,
         Some(text) => Some(swap_of(text, &node, &assembly)?),
     };
+    if swap.is_none() {
+        let role = assembly.nodes[names.iter().position(|name| *name == node).unwrap_or_default()].role;
+        refuse_external(&assembly, role, &node)?;
+    }
     let player = swap.as_ref().and_then(|swap| Player::of(swap, 0));
     remark_on_changes(&played, player.as_ref());
     robots::check(swap.as_slice(), &assembly, Some(1.0))?;
@@ -146,6 +150,16 @@ fn is_builtin(text: &str, node: &str, names: &[&str]) -> Result<bool, Failure> {
         return Ok(true);
     }
     Err(Failure::Usage(format!("--swap {text}: only {node} is run, all others are played from the log")))
+}
+
+/// A participant without a law of its own cannot be run again without a program.
+fn refuse_external(assembly: &Assembly, role: Role, node: &str) -> Result<(), Failure> {
+    if !assembly.is_external(role) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{node} has the kind `{EXTERNAL}`, which has no law: say what is run in its place, --swap {node}=./my_program"
+    )))
 }
 
 /// Says which files are no longer those that played.

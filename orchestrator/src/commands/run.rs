@@ -25,7 +25,7 @@ use crate::run::players::Player;
 use crate::run::priority::Priority;
 use crate::run::profile;
 use crate::run::robots;
-use crate::run::swap::{RobotSwap, Swap};
+use crate::run::swap::{RobotSwap, Swap, check_played};
 use crate::run::{Options, Outcome, run as carry_out};
 use crate::terminal::{self, columns, counted, program, quoted, wrapped};
 use recording::{Log, LogPlace};
@@ -91,7 +91,8 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) tap: bool,
     /// Put something else in the place of a participant: a program of your own, --swap controller.3=./my_controller,
-    /// --swap "observer.2=python3 my_observer.py"; what was recorded of it, --swap controller.1=replay:LOG.mcap; a robot,
+    /// --swap "observer.2=python3 my_observer.py", --swap "controller.*=./mine" (a process each) or "controller.*@one=./mine" (one
+    /// process); what was recorded of it, --swap controller.1=replay:LOG.mcap; a robot,
     /// --swap plant.2=hardware:robot2.toml; or an emulated one, --swap plant.2=emulator (emulator:free if its time passes by
     /// itself). May be repeated; the section [swap] of a scenario says the same
     #[arg(long, value_name = "NODE=COMMAND|replay:LOG|hardware:FILE")]
@@ -124,6 +125,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     let assembly = assemble_for(catalog, &args.scenario, &args.swap)?;
     let placement = args.placement.unwrap_or_else(|| Placement::default_of(&assembly));
     let swaps = parse_swaps(&args.swap, &assembly, placement)?;
+    check_played(&assembly, &swaps)?;
     robots::check(&swaps, &assembly, args.realtime)?;
     let inputs = inputs(&args.scenario, &swaps);
     let place = if args.no_log { None } else { Some(claim(args, &assembly, &inputs)?) };
@@ -158,6 +160,7 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
         tap: args.tap,
         priority: Priority { priority: args.rt_priority },
         log_dir: args.log_dir.clone(),
+        stand_ins: false,
     };
     if args.quiet == 0 {
         announce(&assembly, &options, place.as_ref());
@@ -194,8 +197,9 @@ pub(super) fn conclude(outcome: Outcome, verdict: Option<&Verdict>) -> Result<()
 pub(super) fn default_log(assembly: &Assembly, swaps: &[String]) -> PathBuf {
     let scenario = &assembly.scenario;
     let variant = if scenario.variant.is_empty() { String::new() } else { format!("-{}", scenario.variant) };
-    let names: Vec<String> =
-        swaps.iter().map(|swap| swap.split('=').next().unwrap_or_default().trim().replace('.', "_")).collect();
+    let names: Vec<&str> = swaps.iter().map(|swap| swap.split('=').next().unwrap_or_default()).collect();
+    let swapped = assembly.swapped(&names).unwrap_or_default();
+    let names: Vec<String> = swapped.iter().map(|place| assembly.network.nodes[place.node].name.clone()).collect();
     let overridden = digest(&scenario.overrides).map_or(String::new(), |digest| format!("-{digest}"));
     Path::new("runs").join(format!("{}{variant}{overridden}{}.mcap", scenario.name, marks(&names)))
 }

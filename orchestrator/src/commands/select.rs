@@ -24,7 +24,8 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
     let (file, text) = find(catalog, &args.scenario)?;
     let mut selection = selection(args);
     selection.data = data_source(catalog, &args.scenario);
-    selection.plant_per_agent = swaps.iter().any(|swap| names_one_plant(swap.split('=').next().unwrap_or_default()));
+    selection.swapped_plants =
+        swaps.iter().map(|swap| swap.split('=').next().unwrap_or_default().trim().into()).collect();
     add_present(catalog, &file, &text, &mut selection, &args.set_if_present)?;
     let mut assembly = Assembly::load(&file, &text, &selection, &catalog.roles)?;
     if catalog.scenario(&args.scenario).is_none() {
@@ -47,12 +48,6 @@ fn check_metrics(catalog: &Catalog, assembly: &Assembly) -> Result<(), Failure> 
     let expected = names.collect::<Vec<_>>().join(", ");
     let message = format!("no set of metrics is called `{}`, expected one of {expected}{hint}", brief(name));
     Err(vec![assembly.scenario.problem("metrics", message).with_help("without any: --set metrics=")].into())
-}
-
-/// Whether this is the name of a plant of one agent.
-pub(super) fn names_one_plant(name: &str) -> bool {
-    let name = name.trim().replace('.', "_");
-    name.strip_prefix("plant_").is_some_and(|agent| agent.parse::<u32>().is_ok())
 }
 
 /// The scenario that a log holds, with its variant and overrides applied, and its components.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, SCENARIO_FOLDER};
 use lockstep::{Local, Plan, StepError, Store};
 use processes::{Conductor, RunDirectory, RunError, Settings, Statistics, allowed_cores, pin_to_core, run_name};
 
@@ -16,7 +16,7 @@ use crate::run::priority::Priority;
 use crate::run::robots::{Robots, place_hands, with_hands};
 use crate::run::sources::write_scenario;
 use crate::run::stress::Stress;
-use crate::run::swap::Swap;
+use crate::run::swap::{Swap, folder_of};
 
 /// All processes together may take so many deadlines of a step to connect.
 const START_DEADLINES: u32 = 3;
@@ -50,6 +50,8 @@ pub struct Programs {
     robots: Robots,
     stress: Option<Stress>,
     priority: Priority,
+    /// The folder that paths of the scenario start from.
+    folder: PathBuf,
     /// The core that all start on.
     pub core: Option<usize>,
 }
@@ -65,6 +67,7 @@ impl Programs {
             None => self.own_program(),
         };
         self.priority.apply(&mut command);
+        command.env(SCENARIO_FOLDER, &self.folder);
         if let Some(stress) = &self.stress {
             stress.disturb(&mut command);
         }
@@ -157,6 +160,7 @@ impl Engine {
             robots: Robots::default(),
             stress: options.stress,
             priority: options.priority,
+            folder: folder_of(&assembly.scenario)?,
             core: affinity.core,
         };
         let mut conductor = Conductor::new(directory, plan, settings)?;
@@ -271,8 +275,9 @@ impl Engine {
 
     /// The worker that hosts this participant alone.
     pub(crate) fn worker_of(&self, node: &str) -> Option<usize> {
-        let Engine::Processes { conductor, .. } = self else { return None };
-        conductor.plan().workers.iter().position(|worker| worker.name == node)
+        let Engine::Processes { conductor, programs, .. } = self else { return None };
+        let is_shared = programs.swaps.iter().any(|swap| swap.node == node && swap.shared.is_some());
+        conductor.plan().workers.iter().position(|worker| worker.name == node && !is_shared)
     }
 
     /// How often a worker may still be replaced.

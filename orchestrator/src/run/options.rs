@@ -48,6 +48,8 @@ pub struct Options {
     pub priority: Priority,
     /// Folder that gets one file per process with what it printed.
     pub log_dir: Option<PathBuf>,
+    /// Whether stand-ins play participants of the kind `external`, which is of use to try a program only.
+    pub stand_ins: bool,
 }
 
 impl Options {
@@ -72,6 +74,7 @@ impl Options {
             tap: false,
             priority: Priority::default(),
             log_dir: None,
+            stand_ins: false,
         }
     }
 

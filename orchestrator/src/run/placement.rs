@@ -46,10 +46,17 @@ impl Placement {
         let mut workers: Vec<WorkerPlan> = Vec::new();
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
-            let swapped = swaps.iter().any(|swap| swap.node == node.name);
+            let swapped = swaps.iter().find(|swap| swap.node == node.name);
+            // The process of several is called like the first of them.
+            let first = swapped.and_then(|swap| swap.shared).and_then(|shared| {
+                let name = |node: &&lockstep::Node| {
+                    swaps.iter().any(|swap| swap.node == node.name && swap.shared == Some(shared))
+                };
+                assembly.network.nodes.iter().find(name)
+            });
             let group = group_of.get(&node.name);
             let name = match (self, role.agents.as_slice(), group) {
-                _ if swapped => node.name.clone(),
+                _ if swapped.is_some() => first.unwrap_or(node).name.clone(),
                 (Self::Single, ..) => "all".to_string(),
                 (Self::Agents, [agent], _) if node.name.contains('_') => format!("agent_{}", agent + 1),
                 (Self::Groups, _, Some(group)) => format!("group_{}", group + 1),

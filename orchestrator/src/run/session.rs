@@ -21,6 +21,7 @@ use super::recording::create_log;
 use super::recovery::Recovery;
 use super::robots::{RobotLog, with_hands};
 use super::scene::Scene;
+use super::swap::check_played;
 use crate::failure::Failure;
 use crate::judge::assertions::{self, Watch};
 use recording::{LogPlace, Recorder};
@@ -65,6 +66,9 @@ struct Session<'a> {
 
 impl<'a> Session<'a> {
     fn start(assembly: &Assembly, options: &'a Options, on_start: impl FnOnce(RunControl)) -> Result<Self, Failure> {
+        if !options.stand_ins {
+            check_played(assembly, &options.swaps)?;
+        }
         let cores = cores()?;
         let affinity = if options.in_one_process() { Affinity::default() } else { options.pin.take()? };
         let network = with_hands(&assembly.network, &options.swaps);

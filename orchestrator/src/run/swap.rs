@@ -8,7 +8,7 @@ use std::process::Command;
 
 use formation::config::{Problem, did_you_mean};
 use formation::scenario::Scenario;
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, EXTERNAL, Role, Swapped};
 use hardware::message::Clock;
 use hardware::settings::Settings;
 
@@ -26,6 +26,8 @@ const HARDWARE: &str = "hardware:";
 pub struct Swap {
     /// Name of the node, `controller_3`.
     pub node: String,
+    /// The number of the process that plays it together with others; `None` if it has a process of its own.
+    pub(crate) shared: Option<usize>,
     player: Player,
 }
 
@@ -83,14 +85,10 @@ impl Swap {
     /// # Errors
     /// Says what is wrong: no command, no such participant.
     pub fn parse(text: &str, nodes: &[&str]) -> Result<Self, String> {
-        let Some((name, player)) = text.split_once('=') else {
-            return Err(format!(
-                "--swap {text}: expected NODE=COMMAND or NODE=replay:LOG.mcap, such as controller.3=./my_controller"
-            ));
-        };
+        let (name, player) = text.split_once('=').ok_or_else(|| no_command(text))?;
         let node = node_called(name, nodes).map_err(|reason| format!("--swap {name}: {reason}"))?;
         let player = Player::of(&node, player, Path::new("")).map_err(|reason| format!("--swap {text}: {reason}"))?;
-        Ok(Self { node, player })
+        Ok(Self { node, shared: None, player })
     }
 
     /// All swaps of a run: those of the scenario, and those of the command line, which have the last word.
@@ -99,17 +97,10 @@ impl Swap {
     /// [`Failure::Usage`] if one of them is not valid, or a log does not fit the run; [`Failure::Log`] if it cannot be read.
     pub fn collect(assembly: &Assembly, texts: &[String]) -> Result<Vec<Self>, Failure> {
         let names: Vec<&str> = assembly.network.nodes.iter().map(|node| node.name.as_str()).collect();
-        let mut swaps: Vec<Self> = Vec::new();
-        for text in texts {
-            let swap = Self::parse(text, &names).map_err(Failure::Usage)?;
-            if swaps.iter().any(|other| other.node == swap.node) {
-                return Err(Failure::Usage(format!("--swap {}: it is swapped twice", swap.node)));
-            }
-            swaps.push(swap);
-        }
-        for (node, player) in &assembly.scenario.swaps {
-            if swaps.iter().all(|swap| swap.node != *node) {
-                swaps.push(Self::of_scenario(&assembly.scenario, node, player)?);
+        let mut swaps = Self::of_command_line(assembly, texts)?;
+        for swap in Self::of_file(assembly)? {
+            if swaps.iter().all(|other| other.node != swap.node) {
+                swaps.push(swap);
             }
         }
         if let Some(reason) = swaps.iter().find_map(Self::unusable) {
@@ -124,13 +115,49 @@ impl Swap {
         Ok(swaps)
     }
 
+    /// What `--swap` says, by participant.
+    fn of_command_line(assembly: &Assembly, texts: &[String]) -> Result<Vec<Self>, Failure> {
+        let split = |text: &'_ String| -> Result<(String, String), Failure> {
+            let (name, player) = text.split_once('=').ok_or_else(|| Failure::Usage(no_command(text)))?;
+            Ok((name.trim().into(), player.into()))
+        };
+        let entries = texts.iter().map(split).collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<&str> = entries.iter().map(|(name, _)| name.as_str()).collect();
+        let places = assembly.swapped(&names);
+        let places = places.map_err(|(name, reason)| Failure::Usage(format!("--swap {}: {reason}", names[name])))?;
+        let swap = |place: &Swapped| -> Result<Self, Failure> {
+            let node = assembly.network.nodes[place.node].name.clone();
+            let player = Player::of(&node, &entries[place.name].1, Path::new(""));
+            let player = player.map_err(|reason| Failure::Usage(format!("--swap {}: {reason}", texts[place.name])))?;
+            Ok(Self { node, shared: place.together.then_some(place.name), player })
+        };
+        places.iter().map(swap).collect()
+    }
+
+    /// What `[swap]` of the scenario file says, by participant.
+    fn of_file(assembly: &Assembly) -> Result<Vec<Self>, Failure> {
+        let scenario = &assembly.scenario;
+        let names: Vec<&str> = scenario.swaps.iter().map(|(name, _)| name.as_str()).collect();
+        let places = assembly.swapped(&names);
+        let places =
+            places.map_err(|(name, reason)| vec![scenario.problem("swap", format!("{}: {reason}", names[name]))])?;
+        let swap = |place: &Swapped| -> Result<Self, Failure> {
+            let swap =
+                Self::of_scenario(scenario, &assembly.network.nodes[place.node].name, &scenario.swaps[place.name].1)?;
+            // Numbers that no entry of the command line has.
+            let shared = place.together.then_some(usize::MAX - place.name);
+            Ok(Self { shared, ..swap })
+        };
+        places.iter().map(swap).collect()
+    }
+
     /// What `[swap]` of a scenario file says; paths start from the folder of the file.
     fn of_scenario(scenario: &Scenario, node: &str, player: &str) -> Result<Self, Failure> {
-        let folder = scenario.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.map(std::path::absolute).transpose().map_err(Failure::system("find the current folder"))?;
+        let is_elsewhere = scenario.folder.as_deref().is_some_and(|folder| !folder.as_os_str().is_empty());
+        let folder = is_elsewhere.then(|| folder_of(scenario)).transpose()?;
         let player = Player::of(node, player, folder.as_deref().unwrap_or(Path::new("")));
         let player = player.map_err(|reason| vec![scenario.problem("swap", format!("{node}: {reason}"))])?;
-        let swap = Self { node: node.into(), player };
+        let swap = Self { node: node.into(), shared: None, player };
         Ok(folder.into_iter().fold(swap, |swap, folder| swap.meant_in(&folder)))
     }
 
@@ -251,11 +278,16 @@ impl Swap {
     }
 }
 
+fn no_command(text: &str) -> String {
+    format!("--swap {text}: expected NODE=COMMAND or NODE=replay:LOG.mcap, such as controller.3=./my_controller")
+}
+
 impl Player {
     /// What `text` means for `node`; the file of a robot is one in `folder`.
     fn of(node: &str, text: &str, folder: &Path) -> Result<Self, String> {
         if let Some(robot) = RobotSwap::parse(text, folder) {
-            if !node.starts_with("plant_") {
+            let agent = node.strip_prefix("plant_").filter(|agent| agent.parse::<u32>().is_ok());
+            if agent.is_none() {
                 return Err("a robot takes the place of the plant of one agent, such as plant.2".into());
             }
             return Ok(Self::Robot(robot?));
@@ -308,6 +340,45 @@ pub(crate) fn program_problem(program: &str, folder: &Path) -> Option<String> {
 fn on_search_path(program: &str) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
+}
+
+/// Whether something plays every participant whose kind is `external`.
+///
+/// # Errors
+/// [`Failure::Invalid`] that says what to add.
+pub(crate) fn check_played(assembly: &Assembly, swaps: &[Swap]) -> Result<(), Failure> {
+    let is_played = |node: &str| swaps.iter().any(|swap| swap.node == node);
+    let mut problems = Vec::new();
+    for role in Role::ALL.into_iter().filter(|role| assembly.is_external(*role)) {
+        let nodes = assembly.network.nodes.iter().zip(&assembly.nodes).filter(|(_, place)| place.role == role);
+        let (played, idle): (Vec<&str>, Vec<&str>) =
+            nodes.map(|(node, _)| node.name.as_str()).partition(|&node| is_played(node));
+        let names = match idle.as_slice() {
+            [] => continue,
+            [first, .., last] if played.is_empty() => format!("{first} to {last}"),
+            several => several.join(", "),
+        };
+        let key = match idle.as_slice() {
+            [only] => only.replace('_', "."),
+            _ => format!("{role}.*"),
+        };
+        let message = format!("the kind `{EXTERNAL}` has no law, and nothing plays {names}");
+        let help = format!(
+            "add --swap \"{key}=python3 my_{role}.py\", or this line to the section [swap] of the file: \
+             \"{key}\" = \"python3 my_{role}.py\""
+        );
+        problems.push(assembly.scenario.problem(&format!("{role}.kind"), message).with_help(help));
+    }
+    if problems.is_empty() { Ok(()) } else { Err(problems.into()) }
+}
+
+/// The folder that paths of a scenario start from; absolute.
+///
+/// # Errors
+/// [`Failure::System`] if the current folder, which stands in for that of a scenario without a file, is not known.
+pub(crate) fn folder_of(scenario: &Scenario) -> Result<PathBuf, Failure> {
+    let folder = scenario.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
+    std::path::absolute(folder.unwrap_or(Path::new("."))).map_err(Failure::system("find the current folder"))
 }
 
 /// The node that a user calls `controller.3` or `controller_3`.
@@ -371,7 +442,7 @@ mod tests {
     fn the_text_of_a_command_gives_it_back() {
         let words = ["python3", "my controller.py", "--gain=2", "it's", "", "\"x\""].map(String::from);
         let player = Player::Program { words: words.to_vec(), folder: None };
-        let swap = Swap { node: "plant".into(), player };
+        let swap = Swap { node: "plant".into(), shared: None, player };
         let again = Swap::parse(&format!("plant={}", swap.text()), &NODES).unwrap();
         assert_eq!(again, swap);
     }

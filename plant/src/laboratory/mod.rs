@@ -100,7 +100,7 @@ impl Laboratory {
             return None;
         }
         let table = section.as_table_mut()?;
-        for of_every_role in ["kind", "every", "offset", "per_agent"] {
+        for of_every_role in ["kind", "every", "offset", "per_agent", "groups", "with"] {
             table.remove(of_every_role);
         }
         read(&section, "plant", &mut Problems::default())

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from . import plot
     from .log import Log, Topic, open
     from .metrics import Assertion, Fault, Metric, compare
-    from .participant import Participant, PhalanxError, Step
+    from .participant import Participant, Participants, PhalanxError, Step
     from .running import LogError, ProgramError, ScenarioError, find_program, run
 
 # Where each public name lives.
@@ -23,6 +23,7 @@ _HOMES = {
     "LogError": "running",
     "Metric": "metrics",
     "Participant": "participant",
+    "Participants": "participant",
     "PhalanxError": "participant",
     "ProgramError": "running",
     "ScenarioError": "running",

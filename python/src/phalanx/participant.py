@@ -18,6 +18,7 @@ import ctypes
 import math
 import traceback
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Iterator
 
@@ -26,7 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._library import Library, PhalanxError, library
 
-__all__ = ["Input", "Output", "Participant", "PhalanxError", "Step"]
+__all__ = ["Input", "Output", "Participant", "Participants", "PhalanxError", "Step"]
+
+
+#: Which role publishes on a channel.
+_WRITERS = {"state": "plant", "reference": "planner", "estimate": "observer", "command": "controller"}
 
 
 @dataclass(slots=True)
@@ -141,42 +146,58 @@ class Participant:
 
     def __init__(self, role: str = "controller") -> None:
         self._functions = library()
+        self._role = role
         self._handle = _Handle(self._functions, role)
         self._outputs: list[Output] = []
+        self._number: int | None = None
         self._raise_error()
+
+    @property
+    def _pointer(self) -> int | None:
+        # One of several: what is asked is about it.
+        if self._number is not None:
+            self._functions.select(self._handle.pointer, self._number)
+        return self._handle.pointer
 
     # -- What the run is --------------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
         """Name of the participant in the run, `controller_3`."""
-        return str(self._functions.name(self._handle.pointer).decode())
+        return str(self._functions.name(self._pointer).decode())
 
     @property
     def agent(self) -> int:
-        """Number of the agent, from 1; 0 for a participant that serves all of them."""
-        return int(self._functions.agent(self._handle.pointer))
+        """Number of the agent, from 1; 0 for a participant that serves several, or all of them."""
+        return int(self._functions.agent(self._pointer))
+
+    @property
+    def served(self) -> list[int]:
+        """The agents that the participant serves, ascending."""
+        places = (ctypes.c_int * self.agents)()
+        count = self._bound(self._functions.served(self._pointer, places, len(places)))
+        return list(places[:count])
 
     @property
     def agents(self) -> int:
         """Number of agents in the scenario."""
-        return int(self._functions.agents(self._handle.pointer))
+        return int(self._functions.agents(self._pointer))
 
     @property
     def dt(self) -> float:
         """Length of a step, in s."""
-        return float(self._functions.dt(self._handle.pointer))
+        return float(self._functions.dt(self._pointer))
 
     @property
     def steps(self) -> int:
         """Number of steps of the run."""
-        return int(self._functions.steps(self._handle.pointer))
+        return int(self._functions.steps(self._pointer))
 
     # -- Values of the scenario -------------------------------------------------------------------------------------------
 
     def has(self, name: str) -> bool:
         """Whether the scenario as it is run, with variant and overrides, has a value of that dotted name."""
-        return bool(self._functions.has(self._handle.pointer, name.encode()))
+        return bool(self._functions.has(self._pointer, name.encode()))
 
     def number(self, name: str) -> float:
         """A number of the scenario by dotted name: `controller.c_p`, `agents.2.position.1` (lists count from 1).
@@ -184,22 +205,53 @@ class Participant:
         It is the number that the run uses: defaults, formulas of constants (`"pi/2"`), the default ring (`topology.A.1.3`) and what
         one value gives each agent (`topology.b.2`) are resolved. Raises PhalanxError if there is no such number; `has` asks first.
         """
-        return self._checked(self._functions.number(self._handle.pointer, name.encode()))
+        return self._checked(self._functions.number(self._pointer, name.encode()))
 
     def text(self, name: str) -> str:
         """A text of the scenario by dotted name."""
-        found = self._functions.text(self._handle.pointer, name.encode())
+        return self._word(self._functions.text(self._pointer, name.encode()))
+
+    def path(self, name: str) -> Path:
+        """A text of the scenario that is a path, meant from the folder of the scenario file; absolute."""
+        return Path(self._word(self._functions.path(self._pointer, name.encode())))
+
+    def parameter(self, name: str, default: Any = None, agent: int = 0) -> Any:
+        """A parameter for this program: that of an agent (`with` in its row; 0 is its own) or else that of the section, such as
+        `[controller.with]`. A number (a boolean is 1.0 or 0.0), a text or a list. A text that is a path is `path`'s:
+        `me.path("controller.with.model")`.
+
+        Raises PhalanxError if there is none of this name, unless there is a `default`.
+        """
+        found = self._functions.parameter(self._pointer, agent, name.encode())
+        if found is None and default is not None:
+            self._handle.take_error()
+            return default
+        return self._value(self._word(found))
+
+    def _value(self, name: str) -> Any:
+        """A text, a list or a number by its full name, whichever it is."""
+        text = self._functions.text(self._pointer, name.encode())
+        if text is not None:
+            return str(text.decode())
+        self._handle.take_error()
+        length = self._functions.length(self._pointer, name.encode())
+        if length >= 0:
+            return [self._value(f"{name}.{place}") for place in range(1, length + 1)]
+        self._handle.take_error()
+        return self.number(name)
+
+    def _word(self, found: bytes | None) -> str:
         if found is None:
             raise PhalanxError(self._handle.take_error())
-        return str(found.decode())
+        return found.decode()
 
     def length(self, name: str) -> int:
         """Number of elements of a list of the scenario."""
-        return self._bound(self._functions.length(self._handle.pointer, name.encode()))
+        return self._bound(self._functions.length(self._pointer, name.encode()))
 
     def model(self, name: str, agent: int = 0) -> float:
         """What a controller may know of the vehicle of an agent (0: its own), as formulas call it: `m`, `R`, `Jx`."""
-        return self._checked(self._functions.model(self._handle.pointer, agent, name.encode()))
+        return self._checked(self._functions.model(self._pointer, agent, name.encode()))
 
     # -- Graph and disturbance --------------------------------------------------------------------------------------------
 
@@ -209,8 +261,8 @@ class Participant:
         With the `distance` of both, in m, links that appear when agents come close (`topology.proximity`) count too.
         """
         if distance is None:
-            return self._checked(self._functions.weight(self._handle.pointer, i, j))
-        return self._checked(self._functions.weight_at(self._handle.pointer, i, j, distance))
+            return self._checked(self._functions.weight(self._pointer, i, j))
+        return self._checked(self._functions.weight_at(self._pointer, i, j, distance))
 
     def neighbours(self, agent: int = 0) -> list[int]:
         """The agents from which an agent receives over static links, ascending.
@@ -218,12 +270,12 @@ class Participant:
         If the graph switches (`topology.at`), it is that of the step in progress, as for `weight` and `b`; before, that of step 0.
         """
         places = (ctypes.c_int * self.agents)()
-        count = self._bound(self._functions.neighbours(self._handle.pointer, agent, places, len(places)))
+        count = self._bound(self._functions.neighbours(self._pointer, agent, places, len(places)))
         return list(places[:count])
 
     def b(self, agent: int = 0) -> float:
         """Weight of the link between an agent and the reference."""
-        return self._checked(self._functions.b(self._handle.pointer, agent))
+        return self._checked(self._functions.b(self._pointer, agent))
 
     def disturbance(self, agent: int, t: float, x: ArrayLike, v: ArrayLike | None = None) -> NDArray[np.float64]:
         """What `[disturbance]` adds where the input of an agent acts, at time `t`, coordinates `x` and velocities `v` (zeros)."""
@@ -239,36 +291,59 @@ class Participant:
         velocities = np.zeros(length) if v is None else _row("v", v, length)
         out = np.empty(length)
         pointers = (array.ctypes.data for array in (coordinates, velocities, out))
-        if not function(self._handle.pointer, agent, t, *pointers):
+        if not function(self._pointer, agent, t, *pointers):
             raise PhalanxError(self._handle.take_error())
         return out
 
     # -- Signals ----------------------------------------------------------------------------------------------------------
 
-    def state(self, name: str, length: int, agent: int = 0) -> Input:
+    # A `length` that is not given is the one of the signal; one that is given is checked.
+
+    def state(self, name: str, length: int | None = None, agent: int = 0) -> Input:
         """A signal of the plant, of this step. `agent` 0 is the participant's own."""
         return self.input("state", name, length, agent)
 
-    def reference(self, name: str, length: int, agent: int = 0) -> Input:
+    def reference(self, name: str, length: int | None = None, agent: int = 0) -> Input:
         """A signal of the planner, of this step."""
         return self.input("reference", name, length, agent)
 
-    def estimate(self, name: str, length: int, agent: int = 0) -> Input:
+    def estimate(self, name: str, length: int | None = None, agent: int = 0) -> Input:
         """A signal of an observer, of this step."""
         return self.input("estimate", name, length, agent)
 
-    def command_before(self, name: str, length: int, agent: int = 0) -> Input:
+    def command_before(self, name: str, length: int | None = None, agent: int = 0) -> Input:
         """A signal of a controller, of the step before; zeros at step 0."""
         return self.input("command", name, length, agent)
 
-    def input(self, channel: str, name: str, length: int, agent: int = 0) -> Input:
+    def read(self, role: str, name: str, length: int | None = None, agent: int = 0, before: bool = False) -> Input:
+        """The signal `name` of a "plant", "planner", "observer" or "controller", of this step or of the step `before`.
+
+        The scenario must let this participant read it: `reads` of its section says so, see "Adding a controller".
+        """
+        number = self._functions.signal(
+            self._pointer, role.encode(), agent, name.encode(), length or 0, int(before)
+        )
+        number = self._bound(number)
+        return Input(self._handle, number, name, self.size(role, name, agent))
+
+    def size(self, role: str, name: str, agent: int = 0) -> int:
+        """How many numbers a signal has."""
+        return self._bound(self._functions.size(self._pointer, role.encode(), agent, name.encode()))
+
+    def input(self, channel: str, name: str, length: int | None = None, agent: int = 0) -> Input:
         """The signal `name` of a channel: "state", "reference", "estimate" or "command"."""
-        number = self._functions.input(self._handle.pointer, channel.encode(), agent, name.encode(), length)
+        if length is None:
+            if channel not in _WRITERS:
+                raise PhalanxError(f"there is no channel called `{channel}`, expected one of {', '.join(_WRITERS)}")
+            length = self.size(_WRITERS[channel], name, agent)
+        number = self._functions.input(self._pointer, channel.encode(), agent, name.encode(), length)
         return Input(self._handle, self._bound(number), name, length)
 
-    def output(self, name: str, length: int, agent: int = 0) -> Output:
-        """A signal to write, as the participant that is replaced declares it."""
-        number = self._functions.output(self._handle.pointer, agent, name.encode(), length)
+    def output(self, name: str, length: int | None = None, agent: int = 0) -> Output:
+        """A signal to write, as the participant that is replaced declares it, or `signals` of the scenario."""
+        if length is None:
+            length = self.size(self._role, name, agent)
+        number = self._functions.output(self._pointer, agent, name.encode(), length)
         output = Output(self._handle, self._bound(number), name, length)
         self._outputs.append(output)
         return output
@@ -276,19 +351,22 @@ class Participant:
     # -- Steps ------------------------------------------------------------------------------------------------------------
 
     def __iter__(self) -> Iterator[Step]:
-        functions, handle, outputs = self._functions, self._handle, self._outputs
-        pointer = handle.pointer
+        functions, pointer = self._functions, self._handle.pointer
         while functions.next(pointer):
-            handle.in_step = True
-            yield Step(functions.step(pointer), functions.time(pointer))
-            for output in outputs:
-                if not output._touched:
-                    raise PhalanxError(self._failed(f"output `{output.name}` was not written"))
-                output._touched = False
-            handle.in_step = False
+            yield from self._one_step()
             if not functions.done(pointer):
                 break
         self._raise_error()
+
+    def _one_step(self) -> Iterator[Step]:
+        functions, handle = self._functions, self._handle
+        handle.in_step = True
+        yield Step(functions.step(handle.pointer), functions.time(handle.pointer))
+        for output in self._outputs:
+            if not output._touched:
+                raise PhalanxError(self._failed(f"output `{output.name}` was not written"))
+            output._touched = False
+        handle.in_step = False
 
     def fail(self, message: str) -> None:
         """Ends the run with these words, because the participant cannot go on."""
@@ -327,6 +405,55 @@ class Participant:
         if number < 0:
             self._raise_error()
         return number
+
+
+class Participants:
+    """All participants that this process plays, as with --swap "controller.*@one=python3 mine.py".
+
+        with phalanx.Participants("controller") as group:
+            laws = {me.name: Law(me) for me in group}          # binds the signals of each
+            for me, step in group.steps():                     # each in turn
+                laws[me.name].step()
+
+    `role`, and what is raised, are those of `Participant`.
+    """
+
+    def __init__(self, role: str = "controller") -> None:
+        first = Participant(role)
+        self._first, self._members = first, [first]
+        functions, handle = first._functions, first._handle
+        first._number = 0
+        for number in range(1, int(functions.count(handle.pointer))):
+            member = Participant.__new__(Participant)
+            member._functions, member._role, member._handle = functions, role, handle
+            member._outputs, member._number = [], number
+            self._members.append(member)
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    def __iter__(self) -> Iterator[Participant]:
+        return iter(self._members)
+
+    def steps(self) -> Iterator[tuple[Participant, Step]]:
+        """Every step of every participant, in the order in which they run."""
+        functions, handle = self._first._functions, self._first._handle
+        for member in self._members:
+            functions.select(handle.pointer, member._number)
+        while functions.next(handle.pointer):
+            member = self._members[functions.selected(handle.pointer)]
+            yield from ((member, step) for step in member._one_step())
+            if not functions.done(handle.pointer):
+                break
+        self._first._raise_error()
+
+    def __enter__(self) -> Participants:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, exception: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._first.__exit__(kind, exception, trace)
 
 
 def _row(name: str, numbers: ArrayLike, length: int) -> NDArray[np.float64]:

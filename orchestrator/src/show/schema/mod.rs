@@ -70,7 +70,7 @@ fn properties(catalog: &Catalog) -> Map<String, Value> {
 
 /// The section of a role: the parameters of one of its components, and how often it runs.
 fn section(catalog: &Catalog, role: Role, generator: &mut SchemaGenerator) -> Value {
-    let mut kinds: Vec<Value> = catalog.roles.of(role).iter().map(|kind| component(role, kind, generator)).collect();
+    let mut kinds: Vec<Value> = catalog.roles.of(role).map(|kind| component(role, kind, generator)).collect();
     if role == Role::Observer {
         kinds.push(json!({
             "type": "object",
@@ -92,8 +92,19 @@ fn component(role: Role, kind: &Kind, generator: &mut SchemaGenerator) -> Value 
     properties
         .insert("every".into(), steps(1, "The role runs at every so many steps; in between, its last sample stands."));
     properties.insert("offset".into(), steps(0, "The first step at which the role runs."));
+    let what = format!(
+        "Parameters for a program that takes the place of the {role}: any names, with numbers, texts, paths or lists; `with` of an \
+         agent overrides them."
+    );
+    properties.insert("with".into(), json!({ "type": "object", "description": what }));
     if role == Role::Plant {
         let what = "Makes the plant of every agent a process of its own.";
+        let groups = json!({
+            "type": "array",
+            "items": { "type": "array", "items": { "type": "integer", "minimum": 1 } },
+            "description": "Lists of agents whose plants are one participant; that of any other agent is one by itself.",
+        });
+        properties.insert("groups".into(), groups);
         properties.insert("per_agent".into(), json!({ "type": "boolean", "default": false, "description": what }));
     }
     let mut required = vec![json!("kind")];

@@ -29,7 +29,7 @@ pub fn page(catalog: &Catalog) -> String {
     for role in Role::ALL {
         let _ = write!(page, "\n## `[{role}]`\n\nBesides the parameters of its component:\n");
         let options = properties[role.name()]["oneOf"].as_array().cloned().unwrap_or_default();
-        let common = ["every", "offset", "per_agent"];
+        let common = ["every", "offset", "per_agent", "groups", "with"];
         if let Some(first) = options.first() {
             let shared = first["properties"].as_object().into_iter().flatten();
             let shared = shared.filter(|(name, _)| common.contains(&name.as_str()));
@@ -38,7 +38,7 @@ pub fn page(catalog: &Catalog) -> String {
         for option in &options {
             let kind = option["title"].as_str().unwrap_or_default();
             let _ = write!(page, "\n### `kind = \"{kind}\"`\n\n{}\n", text(option));
-            fields_of(&mut page, option, &["kind", "every", "offset", "per_agent"]);
+            fields_of(&mut page, option, &["kind", "every", "offset", "per_agent", "groups", "with"]);
         }
     }
     page

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use formation::wiring::Assembly;
+use formation::wiring::{Assembly, SCENARIO_FOLDER};
 use lockstep::{Network, Plan, WorkerPlan};
 use processes::{Conductor, RunDirectory, RunError, Settings, pin_to_core};
 
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::run::control::RunControl;
 use crate::run::robots::{place_hands, with_hands};
 use crate::run::sources::write_scenario;
-use crate::run::swap::{Swap, own_program, recording_command};
+use crate::run::swap::{Swap, folder_of, own_program, recording_command};
 
 /// Name of the process that plays the others.
 const OTHERS: &str = "recording";
@@ -61,7 +61,8 @@ impl ReplayRun {
         stop: &RunControl,
     ) -> Result<Self, Failure> {
         let mut replay = Self::prepare(setup)?;
-        let command = command(replay.conductor.directory().path())?;
+        let mut command = command(replay.conductor.directory().path())?;
+        command.env(SCENARIO_FOLDER, folder_of(&setup.assembly.scenario)?);
         stop.attach(replay.conductor.interrupt());
         let others = recording_command(&own_program()?, setup.log, setup.factor);
         replay.conductor.spawn(1 - replay.worker, others, setup.core)?;

@@ -26,7 +26,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
         )
     };
     let agents = match signals.serves_all {
-        true => "for (int agent = 1; agent <= me.agents(); ++agent) agents.emplace_back(me, agent);",
+        true => "for (const int agent : me.served()) agents.emplace_back(me, agent);",
         false => "agents.emplace_back(me, 0);",
     };
     let reads: Vec<String> = signals.inputs.iter().map(|signal| each(signal, true, "seen += NUMBER")).collect();

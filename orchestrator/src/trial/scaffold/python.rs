@@ -28,7 +28,7 @@ pub(super) fn files(signals: &Signals, title: &str) -> Vec<File> {
     };
     let role = signals.outputs.first().map_or("", |signal| signal.role.name());
     let agents = match signals.serves_all {
-        true => "[Signals(me, agent) for agent in range(1, me.agents + 1)]",
+        true => "[Signals(me, agent) for agent in me.served]",
         false => "[Signals(me, 0)]",
     };
     let main = fill(

@@ -42,7 +42,7 @@ pub(super) fn files(order: &Order, signals: &Signals, title: &str, phalanx: &str
         let mark = if law.contains(name.as_str()) { "" } else { "_" };
         format!("        let {mark}{name} = io.get(self.{name});\n")
     };
-    let agents = if signals.serves_all { "me.agents()" } else { "std::iter::once(me.agent()?)" };
+    let agents = if signals.serves_all { "me.served()" } else { "std::iter::once(me.agent()?)" };
     let role = signals.outputs.first().map_or("", |signal| match signal.role {
         Role::Plant => "Plant",
         Role::Planner => "Planner",

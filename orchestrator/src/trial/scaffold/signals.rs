@@ -2,7 +2,7 @@
 
 use formation::vehicle::Drive;
 use formation::wiring::{Assembly, Role};
-use lockstep::Layout;
+use lockstep::{ChannelId, Layout};
 
 /// A signal of one agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,13 +53,18 @@ impl Signals {
         let (node, agents) = (&assembly.network.nodes[index], &assembly.nodes[index].agents);
         let channels = &assembly.network.channels;
         let of_agent = |agent: usize| {
-            let inputs = node.inputs.iter().map(|input| input.channel);
-            let inputs = inputs.filter(|channel| channels[channel.0].agent as usize == agent + 1);
+            let of_it = |channel: &ChannelId| channels[channel.0].agent as usize == agent + 1;
+            let mut inputs: Vec<ChannelId> = Vec::new();
+            // One that is read of this step and of the step before is one signal here.
+            for channel in node.inputs.iter().map(|input| input.channel).filter(of_it) {
+                if !inputs.contains(&channel) {
+                    inputs.push(channel);
+                }
+            }
             let outputs = node.outputs.iter().copied();
             let outputs = outputs.filter(|channel| channels[channel.0].agent as usize == agent + 1);
-            let signals =
-                |channel: lockstep::ChannelId| signals_of(&channels[channel.0].topic, &channels[channel.0].layout);
-            (inputs.flat_map(signals).collect::<Vec<_>>(), outputs.flat_map(signals).collect::<Vec<_>>())
+            let signals = |channel: ChannelId| signals_of(&channels[channel.0].topic, &channels[channel.0].layout);
+            (inputs.into_iter().flat_map(signals).collect::<Vec<_>>(), outputs.flat_map(signals).collect::<Vec<_>>())
         };
         let (inputs, outputs) = of_agent(agents[0]);
         if let Some(other) = agents.iter().find(|&&agent| of_agent(agent) != (inputs.clone(), outputs.clone())) {
@@ -72,7 +77,7 @@ impl Signals {
         let served = |agent: u32| agents.iter().any(|&own| own + 1 == agent as usize);
         let others = node.inputs.iter().map(|input| &channels[input.channel.0]);
         let others = others.filter(|channel| !served(channel.agent)).map(|channel| channel.topic.clone()).collect();
-        let serves_all = node.name == role.name();
+        let serves_all = agents.len() > 1 || node.name == role.name();
         let is_driven = |agent: &usize| {
             let vehicle = &assembly.scenario.context.agents[*agent].vehicle;
             vehicle.omni().is_some_and(|omni| omni.drive == Drive::Acceleration)
