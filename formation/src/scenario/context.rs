@@ -221,7 +221,7 @@ fn read_parameters(node: &Node, problems: &mut Problems) -> BTreeMap<String, f64
     let Some(table) = node.as_table() else {
         return read::<BTreeMap<String, f64>>(node, "parameters", problems).unwrap_or_default();
     };
-    let mut number = |(name, node): (&str, &Node)| {
+    let number = |(name, node): (&str, &Node)| {
         let path = format!("parameters.{name}");
         let is_formula = |text: &str| Expression::parse(text).is_ok_and(|parsed| parsed.names().is_empty());
         if node.as_str().is_some_and(|text| !is_formula(text)) {
@@ -232,7 +232,7 @@ fn read_parameters(node: &Node, problems: &mut Problems) -> BTreeMap<String, f64
         }
         (name.to_string(), read::<f64>(node, &path, problems).unwrap_or(1.0))
     };
-    table.iter().map(|entry| number(entry)).collect()
+    table.iter().map(number).collect()
 }
 
 /// The clock; a dummy where something is wrong, which is reported.

@@ -28,6 +28,7 @@ pub use interface::Interface;
 pub use outputs::{BoundOutputs, Outputs};
 pub use present::present;
 pub use station::{
-    Built, SCENARIO_FILE, SCENARIO_FOLDER, Station, kinds, load_scenario, pair, participant, run_selection, scenario_text,
+    Built, SCENARIO_FILE, SCENARIO_FOLDER, Station, kinds, load_scenario, pair, participant, run_selection,
+    scenario_text,
 };
 pub use swapped::Swapped;

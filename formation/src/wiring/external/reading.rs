@@ -95,8 +95,9 @@ impl Reading {
             Whom::Own => Ok(own.to_vec()),
             Whom::All => Ok((0..count).collect()),
             Whom::Neighbours => {
-                let mut agents: Vec<usize> =
-                    own.iter().flat_map(|&agent| context.topology.neighbours(agent)).copied().collect();
+                // Those of all times: a graph may switch.
+                let heard = |&agent: &usize| context.topology.neighbourhood(agent).heard().to_vec();
+                let mut agents: Vec<usize> = own.iter().flat_map(heard).collect();
                 agents.sort_unstable();
                 agents.dedup();
                 Ok(agents)
