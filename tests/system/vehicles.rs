@@ -193,6 +193,24 @@ fn mistakes_in_a_vehicle_are_located() {
 }
 
 #[test]
+fn equations_read_tables_which_are_in_the_log() {
+    let folder = Folder::new();
+    folder.write("wind.csv", "t,vx\n0,0\n1,2\n2,0\n");
+    folder.write(
+        "one.toml",
+        "name = \"one\"\nagents = [{ x = 0 }]\ntiming = { dt = 0.01, duration = 2 }\ntopology.b = 1\n\
+         [vehicle]\nkind = \"single_integrator_1d\"\nd.x = \"ux + table('wind.csv', 'vx', t)\"\n\
+         [controller]\nkind = \"formulas\"\nlaw.ux = 0\n",
+    );
+    succeeds(&folder, &["run", "one.toml", "-q", "--out", "one.mcap"]);
+    std::fs::remove_file(folder.path("wind.csv")).expect("it is there");
+    succeeds(&folder, &["replay", "one.mcap", "--only", "plant"]);
+    // The area below the wind: a triangle of height 2 over 2 s.
+    let place = last(&folder, "one.mcap", "/agent_1/state", "x")[0];
+    assert!((place - 2.0).abs() < 1e-9, "{place}");
+}
+
+#[test]
 fn a_new_vehicle_of_each_kind_runs_as_it_is_written() {
     let folder = Folder::new();
     for (vehicle, ..) in LIBRARY {

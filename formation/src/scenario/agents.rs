@@ -1,6 +1,5 @@
 //! The rows of the table `agents`.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -8,7 +7,7 @@ use serde::Deserialize;
 
 use super::coordinates::Coordinates;
 use super::elsewhere::Elsewhere;
-use super::model::{VehicleOf, Vehicles};
+use super::model::{Surroundings, VehicleOf, Vehicles};
 use super::program_parameters;
 use super::standard_vehicle::{VehicleKind, VehicleSection};
 use crate::config::{Node, Problems, read};
@@ -114,13 +113,9 @@ pub(super) const AGENT_FIELDS: &[&str] = &[
     program_parameters::WITH,
 ];
 
-/// Reads the rows; what is wrong goes to `problems`. `parameters` are the named numbers of the scenario.
-pub(super) fn read_agents(
-    root: &Node,
-    vehicles: &Vehicles,
-    parameters: &BTreeMap<String, f64>,
-    problems: &mut Problems,
-) -> Vec<Agent> {
+/// Reads the rows; what is wrong goes to `problems`.
+pub(super) fn read_agents(around: Surroundings, vehicles: &Vehicles, problems: &mut Problems) -> Vec<Agent> {
+    let root = around.root;
     let Some(rows) = root.at("agents").and_then(Node::as_array) else {
         problems.at(root, "agents", "expected a list of tables, one per agent");
         return Vec::new();
@@ -154,8 +149,7 @@ pub(super) fn read_agents(
             Some(VehicleOf::Equations(_)) if is_reported => Agent::of_model(number, number, Model::default()),
             Some(VehicleOf::Equations(equations)) => {
                 let id = read_id(node, &path, problems).unwrap_or(number);
-                let constant = |name: &str| parameters.get(name).copied();
-                let model = equations.model(root, index, rows.len(), id, &constant, problems);
+                let model = equations.model(around, index, rows.len(), id, problems);
                 is_reported = model.is_none();
                 Agent::of_model(number, id, model.unwrap_or_default())
             }

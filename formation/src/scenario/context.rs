@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::agents::read_agents;
 use super::formulas::Formulas;
-use super::model::Vehicles;
+use super::model::{Surroundings, Vehicles};
 use super::topology::read_topology;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problem, Problems, Sort, did_you_mean, read};
@@ -66,7 +66,7 @@ impl Context {
         for (field, message) in actuator.iter().flat_map(|actuator| actuator.bouc_wen.findings()) {
             problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
         }
-        let agents = read_agents(root, &vehicles, &parameters, problems);
+        let agents = read_agents(Surroundings { root, parameters: &parameters, library }, &vehicles, problems);
         let links = read_topology(root, &agents, seed, timing.dt, problems);
         let mut context = Self {
             agents,

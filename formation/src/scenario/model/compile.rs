@@ -1,15 +1,30 @@
 //! From the description of a vehicle to the model of an agent: its parameters are in place, its formulas are compiled.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
 use lockstep::{Field, MAX_WORDS};
 
 use super::description::{Description, is_signal_name};
 use crate::config::{Node, Problem, Problems, around, did_you_mean};
+use crate::data::Library;
 use crate::formula::Formula;
 use crate::scenario::formulas::Formulas;
 use crate::vehicle::{Model, ModelOutput, units};
 
 /// Fields of the row of an agent that are no states or parameters.
 const ROW_FIELDS: &[&str] = &["id", "vehicle", "position", "with"];
+
+/// What the formulas of a vehicle may use of the scenario.
+#[derive(Clone, Copy)]
+pub(in crate::scenario) struct Surroundings<'a> {
+    /// The whole scenario.
+    pub(in crate::scenario) root: &'a Node,
+    /// Its named numbers.
+    pub(in crate::scenario) parameters: &'a BTreeMap<String, f64>,
+    /// Its data files.
+    pub(in crate::scenario) library: &'a RefCell<Library>,
+}
 
 /// An agent as its row gives it.
 pub(super) struct Row<'a> {
@@ -24,14 +39,9 @@ pub(super) struct Row<'a> {
 }
 
 impl Description {
-    /// The model of an agent; `constant` gives the named numbers of the scenario. What is wrong goes to `problems`.
-    pub(super) fn model(
-        &self,
-        root: &Node,
-        row: &Row,
-        constant: &dyn Fn(&str) -> Option<f64>,
-        problems: &mut Problems,
-    ) -> Option<Model> {
+    /// The model of an agent. What is wrong goes to `problems`.
+    pub(super) fn model(&self, around: Surroundings, row: &Row, problems: &mut Problems) -> Option<Model> {
+        let Surroundings { root, parameters: constants, library } = around;
         let before = problems.len();
         self.check_row(root, row, problems);
         let parameters = self.parameters(root, row, problems);
@@ -42,14 +52,18 @@ impl Description {
         let known = |name: &str| match name {
             "i" => Some(f64::from(row.id)),
             "N" => Some(row.count as f64),
-            _ => parameters.iter().find(|(own, _)| own == name).map(|(_, value)| *value).or_else(|| constant(name)),
+            _ => parameters
+                .iter()
+                .find(|(own, _)| own == name)
+                .map(|(_, value)| *value)
+                .or_else(|| constants.get(name).copied()),
         };
         let states = self.states.iter().map(|state| state.variable.clone()).collect::<Vec<_>>();
         let inputs = self.inputs.iter().map(|input| input.variable.clone()).collect::<Vec<_>>();
         let names = states.iter().chain(&inputs).map(|variable| variable.name.as_str());
         let variables = std::iter::once("t").chain(names).zip(0..).collect();
         let mut compiler = Compiler {
-            formulas: Formulas { root, section: &self.path, library: None, variables },
+            formulas: Formulas { root, section: &self.path, library: Some(library), variables },
             constant: &known,
             problems,
             texts: Vec::new(),

@@ -6,6 +6,7 @@ mod library;
 mod section;
 mod vehicles;
 
+pub(super) use compile::Surroundings;
 pub(super) use library::resolve;
 pub use library::{LIBRARY, LibraryVehicle, VehicleParts};
 pub(super) use section::{NamedVehicles, vehicle as vehicle_schema};

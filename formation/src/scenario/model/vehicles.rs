@@ -1,6 +1,6 @@
 //! Which vehicle an agent has: the one of `[vehicle]`, or one of `[vehicles]` by its name.
 
-use super::compile::Row;
+use super::compile::{Row, Surroundings};
 use super::description::Description;
 use crate::config::{Node, Problems, Sort, did_you_mean, read};
 use crate::scenario::model::LIBRARY;
@@ -107,19 +107,18 @@ impl Vehicles {
 }
 
 impl Equations {
-    /// The model of an agent; `constant` gives the named numbers of the scenario. What is wrong is reported.
+    /// The model of the agent at `place` (from 0) out of `count`, whose number in formulas is `id`. What is wrong is reported.
     pub(in crate::scenario) fn model(
         &self,
-        root: &Node,
+        around: Surroundings,
         place: usize,
         count: usize,
         id: u32,
-        constant: &dyn Fn(&str) -> Option<f64>,
         problems: &mut Problems,
     ) -> Option<Model> {
         let path = format!("agents.{}", place + 1);
-        let node = root.at(&path)?;
-        self.0.model(root, &Row { node, path, place, count, id }, constant, problems)
+        let node = around.root.at(&path)?;
+        self.0.model(around, &Row { node, path, place, count, id }, problems)
     }
 }
 
