@@ -148,7 +148,7 @@ impl Scenario {
         if raw.as_ref().is_some_and(|raw| !is_name(raw.name.as_deref().unwrap_or_default())) {
             problems.at(&root, "name", "expected a name of letters, digits, `-` and `_`");
         }
-        let RawScenario { name, title, thesis, seed, metrics, expect: expectations, .. } = raw.unwrap_or_default();
+        let RawScenario { name, title, thesis, seed, expect: expectations, .. } = raw.unwrap_or_default();
         // The log is named after the variant, and must stay in its folder.
         let harmless =
             |name: &&String| name.len() <= 64 && !name.contains(['/', '\\']) && !name.contains(char::is_control);
@@ -174,6 +174,7 @@ impl Scenario {
         let edges = read_edges(&root, problems);
         let swaps = read_swaps(&root, problems);
         let ranges = read_ranges(&root, problems);
+        let metrics = read_metric_set(&root, problems);
         let library = RefCell::new(Library::new(selection.data.clone(), read_digests(&root, problems)));
         let context = Context::read(&root, seed, &library, problems)?;
         let data = library.into_inner().into_files();
@@ -197,7 +198,7 @@ impl Scenario {
             root: with_digests(root, &data),
             data,
             ranges,
-            metrics: metrics.unwrap_or_default(),
+            metrics,
             expectations,
         })
     }
@@ -295,6 +296,27 @@ fn complete(root: &mut Node) {
     if has_reference {
         default(Role::Planner, "reference");
     }
+}
+
+/// The set of metrics that the scenario names, `metrics = "uav"` or `[metrics] set = "uav"`; empty if none.
+fn read_metric_set(root: &Node, problems: &mut Problems) -> String {
+    let (path, node) = match root.at("metrics") {
+        None => return String::new(),
+        Some(node) if node.as_table().is_some() => ("metrics.set", node.at("set")),
+        Some(node) => ("metrics", Some(node)),
+    };
+    let Some(node) = node else { return String::new() };
+    let Some(name) = node.as_str() else {
+        let message = match path {
+            "metrics" => {
+                format!("expected the name of a set of metrics, or a table of formulas, found {}", node.describe())
+            }
+            _ => format!("expected the name of a set of metrics, found {}", node.describe()),
+        };
+        problems.push(Problem::new(Some(node.origin.clone()), path, message));
+        return String::new();
+    };
+    name.into()
 }
 
 fn check_rates(root: &Node, problems: &mut Problems) {

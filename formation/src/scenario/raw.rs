@@ -80,8 +80,9 @@ pub(super) struct RawScenario {
     observer: Option<Elsewhere>,
     #[schemars(with = "bool")]
     controller: Option<Elsewhere>,
-    /// The set of metrics that is computed at the end.
-    pub(super) metrics: Option<String>,
+    // The set of metrics, or metrics of one's own; the judge has the schema.
+    #[schemars(with = "bool")]
+    metrics: Option<Elsewhere>,
     /// What should come out, by metric.
     #[serde(default)]
     pub(super) expect: BTreeMap<String, Expectation>,

@@ -9,6 +9,7 @@ use formation::wiring::Assembly;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::Findings;
+use crate::judge::own;
 use crate::judge::verdict::Verdict;
 use crate::run::placement::Placement;
 use crate::run::{Options, run};
@@ -68,7 +69,9 @@ impl Job {
         let recorded = Log::open(&log.0)?;
         let verdict = match recorded.steps().is_empty() {
             true => None,
-            false => Some(Verdict::of(&catalog.metrics, &assembly.scenario, &recorded)?),
+            false => {
+                Some(Verdict::of(&catalog.metrics, &assembly.scenario, &recorded, own::of_log(&assembly, &recorded)?)?)
+            }
         };
         let stopped = outcome.ending.reason();
         let findings = outcome.findings;

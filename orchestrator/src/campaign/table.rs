@@ -19,7 +19,7 @@ fn table_of(rows: &[&Row], is_published: bool) -> Table {
     }
     let mut table = Table::new(head).indented(4);
     for row in rows {
-        let unit = row.definition.map_or("", |definition| definition.unit);
+        let unit = row.definition.as_ref().map_or("", |definition| &*definition.unit);
         let mut cells = vec![row.id.clone(), short(row.value), unit.into(), row.range(), row.range_word().to_string()];
         if is_published {
             cells.extend([row.expectation.thesis.clone(), row.thesis_word()]);

@@ -10,6 +10,7 @@ use super::select::from_head;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
+use crate::judge::own;
 use crate::judge::verdict::Verdict;
 use crate::run::players::Player;
 use crate::terminal::{columns, wrapped};
@@ -32,7 +33,7 @@ pub(crate) struct CheckArgs {
 pub(crate) fn check(catalog: &Catalog, args: &CheckArgs) -> Result<(), Failure> {
     let assembly = from_head(catalog, &args.log, &Selection::default())?;
     let scenario = &assembly.scenario;
-    let (verdict, log) = Verdict::read(&catalog.metrics, scenario, &args.log)?;
+    let (verdict, log) = Verdict::read(&catalog.metrics, scenario, &args.log, own::stream(&assembly, &args.log)?)?;
     let Some(verdict) = verdict else {
         return Err(Failure::Usage(format!(
             "{} holds no complete step; there is nothing to check",

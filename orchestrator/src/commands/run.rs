@@ -17,6 +17,7 @@ use super::select::assemble_for;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::files;
+use crate::judge::own;
 use crate::judge::verdict::Verdict;
 use crate::run::control::RunControl;
 use crate::run::pinning::Pin;
@@ -169,7 +170,8 @@ pub(crate) fn run(catalog: &Catalog, args: &RunArgs) -> Result<(), Failure> {
     let (verdict, players) = match &outcome.log {
         Some(log) if args.no_check => (None, Log::first_step(&log.path)?.players().iter().map(Player::read).collect()),
         Some(log) => {
-            let (verdict, log) = Verdict::read(&catalog.metrics, &assembly.scenario, &log.path)?;
+            let (verdict, log) =
+                Verdict::read(&catalog.metrics, &assembly.scenario, &log.path, own::stream(&assembly, &log.path)?)?;
             (verdict, log.players().iter().map(Player::read).collect())
         }
         None => (None, Player::all(&options.swaps)),

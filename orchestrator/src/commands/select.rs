@@ -10,7 +10,7 @@ use formation::wiring::{Assembly, present};
 use super::arguments::ScenarioArgs;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
-use crate::judge::assertions;
+use crate::judge::{assertions, own};
 use crate::recorded::{scenario_in, scenario_of};
 use recording::{Head, Log};
 
@@ -33,6 +33,7 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
     }
     // What is wrong with an assertion or the metrics is said before anything starts.
     assertions::read(&assembly)?;
+    own::read(&assembly)?;
     check_metrics(catalog, &assembly)?;
     Ok(assembly)
 }

@@ -4,6 +4,7 @@ pub mod assertions;
 pub mod claims;
 mod error;
 pub mod metrics;
+pub mod own;
 pub mod verdict;
 
 pub use error::JudgeError;

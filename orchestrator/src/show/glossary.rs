@@ -32,7 +32,7 @@ pub fn glossary(catalog: &Catalog) -> String {
         }
         let mut table = Table::new([("metric", Left), ("symbol", Left), ("unit", Left), ("meaning", Left)]);
         for one in set.definitions {
-            table.row([format!("`{}`", one.id), one.symbol.into(), one.unit.into(), one.text.into()]);
+            table.row([format!("`{}`", one.id), one.symbol.to_string(), one.unit.to_string(), one.text.to_string()]);
         }
         text.push_str(&table.markdown());
     }

@@ -3,7 +3,7 @@
 use formation::formula::{Cursor, FormulaError, Operands};
 use formation::wiring::Assembly;
 
-use super::geometry::{Geometry, Nearest};
+use super::geometry::{Geometry, Nearest, place};
 use super::slot::{Fold, Slot};
 use super::span::Span;
 
@@ -56,7 +56,7 @@ impl<'a> Fields<'a> {
         match name {
             "t" => Some(Ok(Slot::Time)),
             "tracking" => {
-                let place = find("reference", "desired_position").or_else(|_| find("reference", "position"));
+                let place = place(self.assembly, self.agent);
                 Some(find("state", "position").and_then(|own| Ok(Slot::Folded(Fold::Norm, own, Some(place?)))))
             }
             _ => {

@@ -9,26 +9,40 @@ use super::span::Span;
 use crate::judge::metrics::norm_between;
 
 /// What an assertion may name as its `metric`, or use within a signal; with its meaning. All in m.
-pub const METRICS: [(&str, &str); 5] = [
+pub const METRICS: [(&str, &str); 6] = [
     ("distance", "from the centre of the agent to that of the nearest other one"),
     ("gap", "the same, less the radii of both; below 0 they collide"),
     ("obstacle_gap", "from the edge of the agent to that of the nearest obstacle"),
     ("obstacle_margin", "from the centre of the agent to the inner boundary of the nearest obstacle"),
     ("tracking", "from the position of the agent to its place in the formation"),
+    ("formation", "from the position relative to another agent to that of the references; the largest over the others"),
 ];
 
 /// Where all agents are and how large they are; known once for all assertions.
-pub(super) struct Geometry {
+pub(in crate::judge) struct Geometry {
     /// Position, without angles, and radius in m of every agent; or why that is not known.
     agents: Result<Arc<[(Span, f64)]>, String>,
+    /// Position, without angles, and place in the formation of every agent; or why that is not known.
+    places: Result<Arc<[(Span, Span)]>, String>,
 }
 
 impl Geometry {
-    pub(super) fn new(assembly: &Assembly) -> Self {
+    pub(in crate::judge) fn new(assembly: &Assembly) -> Self {
         let count = assembly.scenario.context.agents.len();
         let agent = |agent| Ok((position(assembly, agent)?, radius(assembly, agent)));
-        Self { agents: (0..count).map(agent).collect() }
+        let place = |agent| {
+            let (own, place) = (position(assembly, agent)?, place(assembly, agent)?);
+            let length = own.length.min(place.length);
+            Ok((own.first(length), place.first(length)))
+        };
+        Self { agents: (0..count).map(agent).collect(), places: (0..count).map(place).collect() }
     }
+}
+
+/// The place of an agent in the formation, which the planner publishes.
+pub(super) fn place(assembly: &Assembly, agent: usize) -> Result<Span, String> {
+    let find = |field| Span::find(assembly, agent, "reference", field);
+    find("desired_position").or_else(|_| find("position"))
 }
 
 /// How far an agent is from the nearest of some bodies.
@@ -36,6 +50,8 @@ impl Geometry {
 pub(super) enum Nearest {
     /// From other agents, at this place in the list; less the radii of both, or not.
     Agent(usize, Arc<[(Span, f64)]>, bool),
+    /// From the shape of the formation: the agent at this place in the list, and position and place in the formation of all.
+    Shape(usize, Arc<[(Span, Span)]>),
     /// From obstacles: own position, and of each the centre and the distance that is to be kept.
     Obstacle(Span, Vec<([f64; 2], f64)>),
 }
@@ -54,6 +70,10 @@ impl Nearest {
             Err(why) => Err(why.clone()),
         };
         match name {
+            "formation" => Some(match &geometry.places {
+                Ok(places) => Ok(Self::Shape(agent, places.clone())),
+                Err(why) => Err(why.clone()),
+            }),
             "distance" => Some(agents(false)),
             "gap" => Some(agents(true)),
             "obstacle_gap" => Some(Self::obstacles(assembly, agent, false)),
@@ -64,7 +84,11 @@ impl Nearest {
 
     /// Whether it is a distance to other agents where there are none.
     pub(super) fn is_alone(&self) -> bool {
-        matches!(self, Nearest::Agent(_, agents, _) if agents.len() < 2)
+        match self {
+            Nearest::Agent(_, agents, _) => agents.len() < 2,
+            Nearest::Shape(_, places) => places.len() < 2,
+            Nearest::Obstacle(..) => false,
+        }
     }
 
     fn obstacles(assembly: &Assembly, agent: usize, inner: bool) -> Result<Self, String> {
@@ -90,6 +114,18 @@ impl Nearest {
                 let keep_out = |radius: f64| if *with_radii { own_radius + radius } else { 0.0 };
                 let free = others.map(|(_, (span, radius))| norm_between(own, span.of(sample)) - keep_out(*radius));
                 free.fold(f64::INFINITY, least)
+            }
+            Nearest::Shape(agent, places) => {
+                let deviation = |place: usize, k: usize| {
+                    let (own, reference) = places[place];
+                    own.of(sample)[k] - reference.of(sample)[k]
+                };
+                let apart = |other: usize| {
+                    let length = places[*agent].0.length.min(places[other].0.length);
+                    let square = |k: usize| (deviation(*agent, k) - deviation(other, k)).powi(2);
+                    (0..length).map(square).sum::<f64>().sqrt()
+                };
+                (0..places.len()).filter(|other| other != agent).map(apart).fold(0.0, f64::max)
             }
             Nearest::Obstacle(own, discs) => {
                 let own = own.of(sample);

@@ -47,6 +47,7 @@ mod watch;
 mod tests;
 
 pub use finding::{Finding, Findings, Violation};
+pub(in crate::judge) use geometry::Geometry;
 pub use geometry::METRICS;
 #[cfg(test)]
 pub(crate) use history::check;
@@ -54,6 +55,7 @@ pub(crate) use history::history;
 pub(crate) use message::{DEFINITION, TOPIC, encode};
 pub use read::read;
 pub(crate) use read::schema;
+pub(in crate::judge) use signal::{AgentSignal, constant};
 pub use watch::Watch;
 
 use formation::formula::{Condition, Formula};

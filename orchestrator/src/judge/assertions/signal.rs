@@ -2,7 +2,9 @@
 
 use formation::formula::{Condition, Expression, Formula, FormulaError, Operand};
 use formation::wiring::Assembly;
+use lockstep::ChannelId;
 
+use super::Signal;
 use super::field::Fields;
 use super::geometry::{Geometry, METRICS};
 use super::slot::{Fold, Slot};
@@ -39,13 +41,60 @@ pub(super) fn condition(
     Ok((condition.map_err(|error| hinted(error, text))?, fields.slots))
 }
 
+/// A signal of one agent, evaluated by others than assertions.
+#[derive(Clone, Debug)]
+pub(in crate::judge) struct AgentSignal {
+    signal: Signal,
+    slots: Vec<Slot>,
+}
+
+impl AgentSignal {
+    /// Compiles the signal `text` of the agent at this place: a number, or a condition.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub(in crate::judge) fn compile(
+        text: &str,
+        assembly: &Assembly,
+        geometry: &Geometry,
+        agent: usize,
+        is_condition: bool,
+    ) -> Result<Self, FormulaError> {
+        Ok(match is_condition {
+            true => {
+                let (condition, slots) = condition(text, assembly, geometry, agent)?;
+                Self { signal: Signal::Condition(condition), slots }
+            }
+            false => {
+                let (formula, slots) = number(text, assembly, geometry, agent)?;
+                Self { signal: Signal::Number(formula), slots }
+            }
+        })
+    }
+
+    /// Its value at `time`, in s; of a condition, 1 where it holds, else 0. `values` is room for the slots.
+    pub(in crate::judge) fn value<'s>(
+        &self,
+        time: f64,
+        sample: &impl Fn(ChannelId) -> &'s [f64],
+        values: &mut Vec<f64>,
+    ) -> f64 {
+        values.clear();
+        values.extend(self.slots.iter().map(|slot| slot.value(time, sample)));
+        match &self.signal {
+            Signal::Number(formula) => formula.evaluate(values),
+            Signal::Condition(condition) => f64::from(u8::from(condition.holds(values))),
+        }
+    }
+}
+
 fn hinted(error: FormulaError, text: &str) -> FormulaError {
     let names = METRICS.iter().map(|(name, _)| *name).chain(Fold::ALL.map(|(name, _)| name)).chain(["t", "UM"]);
     error.with_hint(text, names)
 }
 
 /// The value of a name that does not vary during a run.
-pub(super) fn constant(name: &str, assembly: &Assembly, agent: usize) -> Option<f64> {
+pub(in crate::judge) fn constant(name: &str, assembly: &Assembly, agent: usize) -> Option<f64> {
     let context = &assembly.scenario.context;
     if name == "UM" {
         return context.input_limit;

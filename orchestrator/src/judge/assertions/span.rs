@@ -22,7 +22,11 @@ impl Span {
         };
         let wanted = format!("/agent_{}/{topic}", agent + 1);
         let channels = &assembly.network.channels;
-        let Some(channel) = channels.iter().position(|channel| channel.topic == wanted) else {
+        // A role publishes for all agents in a row.
+        let agents = assembly.scenario.context.agents.len().max(1);
+        let mut of_agent = (agent..channels.len()).step_by(agents);
+        let found = of_agent.find(|&channel| channels[channel].topic == wanted);
+        let Some(channel) = found.or_else(|| channels.iter().position(|channel| channel.topic == wanted)) else {
             return Err(format!("{wanted} is not published: this scenario has no {role}"));
         };
         let layout = &channels[channel].layout;

@@ -3,22 +3,33 @@
 use std::borrow::Cow;
 
 /// The meaning of a metric, for tables, reports and the glossary.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Definition {
     /// Its name, or the pattern of several: a name in braces stands for a number, `E_err_bound_{i}` or `t_u({level})`.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Its formula in the symbols of the specification.
-    pub symbol: &'static str,
+    pub symbol: Cow<'static, str>,
     /// Its unit; empty for a pure number.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// One sentence: of what, over which agents, in which time.
-    pub text: &'static str,
+    pub text: Cow<'static, str>,
 }
 
 impl Definition {
     /// A definition; see the fields.
     pub const fn new(id: &'static str, symbol: &'static str, unit: &'static str, text: &'static str) -> Self {
-        Self { id, symbol, unit, text }
+        Self {
+            id: Cow::Borrowed(id),
+            symbol: Cow::Borrowed(symbol),
+            unit: Cow::Borrowed(unit),
+            text: Cow::Borrowed(text),
+        }
+    }
+
+    /// That of a metric which a scenario defines.
+    pub(crate) fn own(id: &str, symbol: &str, unit: &str, text: String) -> Self {
+        let owned = |text: &str| Cow::Owned(text.to_string());
+        Self { id: owned(id), symbol: owned(symbol), unit: owned(unit), text: Cow::Owned(text) }
     }
 
     /// Whether it is the one of the metric `id`.
@@ -29,16 +40,16 @@ impl Definition {
     /// assert!(settled.defines("t_u(1.5e-3)") && !settled.defines("t_u()"));
     /// ```
     pub fn defines(&self, id: &str) -> bool {
-        matches(self.id, id)
+        matches(&self.id, id)
     }
 
     /// The symbol for the metric `id`: a place holder of the pattern becomes the number, as in `‖E_2‖`.
-    pub fn symbol_of(&self, id: &str) -> Cow<'static, str> {
-        let numbered = placeholder(self.id).and_then(|(head, name, tail)| {
+    pub fn symbol_of(&self, id: &str) -> Cow<'_, str> {
+        let numbered = placeholder(&self.id).and_then(|(head, name, tail)| {
             let number = id.strip_prefix(head)?.strip_suffix(tail)?;
             Some(self.symbol.replace(&format!("{{{name}}}"), number))
         });
-        numbered.map_or(Cow::Borrowed(self.symbol), Cow::Owned)
+        numbered.map_or(Cow::Borrowed(&*self.symbol), Cow::Owned)
     }
 }
 

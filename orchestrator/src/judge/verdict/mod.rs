@@ -14,7 +14,7 @@ pub use row::{Row, short};
 pub(crate) use words::Counts;
 
 use crate::judge::JudgeError;
-use crate::judge::metrics::{Metric, MetricError, MetricSet, Run};
+use crate::judge::metrics::{Definition, Metric, MetricError, MetricSet, Run};
 
 /// All metrics of a run, each against its regression range and against the thesis.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,13 +27,18 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Computes the metrics of `scenario` from `log` and compares them with what is expected.
+    /// Computes the metrics of `scenario` from `log` and compares them, and those of its own, with what is expected.
     ///
     /// # Errors
     /// [`MetricError`] if the log does not hold what the metrics need, or the scenario names an unknown set.
-    pub fn of(sets: &[MetricSet], scenario: &Scenario, log: &Log) -> Result<Self, MetricError> {
-        let Some(set) = chosen(sets, scenario)? else { return Ok(Self::compare(scenario, None, Vec::new())) };
-        Ok(Self::compare(scenario, Some(set), (set.compute)(&Run::new(scenario, log))?))
+    pub fn of(
+        sets: &[MetricSet],
+        scenario: &Scenario,
+        log: &Log,
+        own: Vec<(Metric, Definition)>,
+    ) -> Result<Self, MetricError> {
+        let Some(set) = chosen(sets, scenario)? else { return Ok(Self::compare(scenario, None, Vec::new(), own)) };
+        Ok(Self::compare(scenario, Some(set), (set.compute)(&Run::new(scenario, log))?, own))
     }
 
     /// The same from the log `path`, of which only those signals are kept in memory that the metrics read. Returns the log with
@@ -41,7 +46,12 @@ impl Verdict {
     ///
     /// # Errors
     /// As those of [`Verdict::of`], and [`JudgeError::Log`] if the log cannot be read.
-    pub fn read(sets: &[MetricSet], scenario: &Scenario, path: &Path) -> Result<(Option<Self>, Log), JudgeError> {
+    pub fn read(
+        sets: &[MetricSet],
+        scenario: &Scenario,
+        path: &Path,
+        own: Vec<(Metric, Definition)>,
+    ) -> Result<(Option<Self>, Log), JudgeError> {
         let set = chosen(sets, scenario)?;
         let compute = |run: &Run| set.map_or(Ok(Vec::new()), |set| (set.compute)(run));
         // What is read does not depend on how many steps there are.
@@ -62,22 +72,33 @@ impl Verdict {
             true => compute(&Run::new(scenario, &Log::open(path)?))?,
             false => metrics?,
         };
-        Ok((Some(Self::compare(scenario, set, metrics)), log))
+        Ok((Some(Self::compare(scenario, set, metrics, own)), log))
     }
 
-    fn compare(scenario: &Scenario, set: Option<&MetricSet>, metrics: Vec<Metric>) -> Self {
-        let row = |id: String, value: f64| Row {
-            definition: set.and_then(|set| set.definition(&id)),
+    fn compare(
+        scenario: &Scenario,
+        set: Option<&MetricSet>,
+        metrics: Vec<Metric>,
+        own: Vec<(Metric, Definition)>,
+    ) -> Self {
+        let of_set = |id: &str| set.and_then(|set| set.definition(id)).cloned();
+        let row = |id: String, value: f64, definition: Option<Definition>| Row {
+            definition,
             expectation: scenario.expectations.get(&id).cloned().unwrap_or_default(),
             id,
             value,
         };
-        let mut rows: Vec<Row> = metrics.into_iter().map(|metric| row(metric.id, metric.value)).collect();
+        let described = metrics.into_iter().map(|metric| {
+            let definition = of_set(&metric.id);
+            row(metric.id, metric.value, definition)
+        });
+        let own = own.into_iter().map(|(metric, definition)| row(metric.id, metric.value, Some(definition)));
+        let mut rows: Vec<Row> = described.chain(own).collect();
         for id in scenario.expectations.keys() {
             // Expectations of agents that do not fly are no failure of those that do.
             let known = rows.iter().any(|row| row.id == *id);
             if !known && scenario.overrides.is_empty() {
-                rows.push(row(id.clone(), f64::NAN));
+                rows.push(row(id.clone(), f64::NAN, of_set(id)));
             }
         }
         let not_held =

@@ -15,7 +15,7 @@ pub struct Row {
     /// Its value; NaN if it has none.
     pub value: f64,
     /// What it means, if its set says so.
-    pub definition: Option<&'static Definition>,
+    pub definition: Option<Definition>,
     /// The regression range and the statement of the thesis.
     pub expectation: Expectation,
 }
@@ -62,12 +62,13 @@ impl Row {
     /// For programs.
     pub fn to_json(&self) -> Value {
         let text = |text: &str| Some(text.to_string()).filter(|text| !text.is_empty());
-        let definition = |of: fn(&Definition) -> &str| self.definition.and_then(|definition| text(of(definition)));
+        let definition =
+            |of: fn(&Definition) -> &str| self.definition.as_ref().and_then(|definition| text(of(definition)));
         json!({
             "value": number(self.value),
-            "symbol": self.definition.and_then(|definition| text(&definition.symbol_of(&self.id))),
-            "unit": definition(|definition| definition.unit),
-            "description": definition(|definition| definition.text),
+            "symbol": self.definition.as_ref().and_then(|definition| text(&definition.symbol_of(&self.id))),
+            "unit": definition(|definition| &definition.unit),
+            "description": definition(|definition| &definition.text),
             "lo": self.expectation.low.map(number),
             "hi": self.expectation.high.map(number),
             "in_range": self.in_range(),

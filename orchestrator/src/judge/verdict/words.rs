@@ -114,7 +114,7 @@ impl Verdict {
     pub fn explanation(&self, columns: Option<usize>) -> String {
         let mut table = Table::new([("metric", Left), ("symbol", Left), ("unit", Left), ("meaning", Left)]).ruled();
         for row in &self.rows {
-            let cells = match row.definition {
+            let cells = match &row.definition {
                 Some(one) => [one.symbol_of(&row.id).into_owned(), one.unit.to_string(), one.text.to_string()],
                 None => [String::new(), String::new(), "not described by its set of metrics".into()],
             };
@@ -184,7 +184,7 @@ mod tests {
     fn an_explanation_has_symbol_unit_and_meaning() {
         static WIDTH: Definition = Definition::new("x", "‖x‖", "m", "How far.");
         let mut known = row("", "", 1.0);
-        known.definition = Some(&WIDTH);
+        known.definition = Some(WIDTH.clone());
         let text = Verdict { rows: vec![known], not_held: None }.explanation(None);
         assert!(text.contains("‖x‖") && text.contains("How far."), "{text}");
     }

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::catalog::Catalog;
 use crate::judge::assertions;
 use crate::judge::claims::Claims;
+use crate::judge::own;
 use document::tidy;
 pub use page::page;
 use relax::relax;
@@ -59,7 +60,10 @@ fn properties(catalog: &Catalog) -> Map<String, Value> {
             }),
             (None, "metrics") => {
                 let names: Vec<&str> = catalog.metrics.iter().map(|set| set.name).collect();
-                json!({ "enum": names, "description": "The set of metrics that is computed at the end." })
+                let mut schema = Value::from(own::schema(&mut generator, &names));
+                schema["description"] =
+                    json!("The metrics that are computed at the end: a set, or formulas of one's own.");
+                schema
             }
             _ => known.remove(*name).map(Value::from).unwrap_or_default(),
         };

@@ -10,6 +10,7 @@ use lockstep::{Field, Shape};
 use crate::catalog::Catalog;
 use crate::failure::Failure;
 use crate::judge::assertions::{Findings, Watch};
+use crate::judge::own;
 use crate::judge::verdict::Verdict;
 use crate::recorded::scenario_of;
 use crate::run::players::Player;
@@ -46,8 +47,13 @@ impl LoggedRun {
         }
         let mut caveats = Vec::new();
         let scenario = scenario_of(&log).map_err(|failure| caveats.push(unreadable(&failure))).ok();
+        let assembly = scenario.as_ref().map(|scenario| Assembly::new(scenario.clone(), &catalog.roles));
+        let own = match &assembly {
+            Some(Ok(assembly)) => own::of_log(assembly, &log).unwrap_or_default(),
+            _ => Vec::new(),
+        };
         let verdict = scenario.as_ref().and_then(|scenario| {
-            Verdict::of(&catalog.metrics, scenario, &log).map_err(|error| caveats.push(error.to_string())).ok()
+            Verdict::of(&catalog.metrics, scenario, &log, own).map_err(|error| caveats.push(error.to_string())).ok()
         });
         if let Some(why) = log.unfinished() {
             caveats.push(format!("The log is {why}; it ends where its last complete block ended."));
@@ -57,9 +63,9 @@ impl LoggedRun {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
-        let evaluate = |scenario: &Scenario| Watch::replay(&Assembly::new(scenario.clone(), &catalog.roles)?, &log);
-        let findings = scenario.as_ref().and_then(|scenario| {
-            evaluate(scenario).map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
+        let findings = assembly.and_then(|assembly| {
+            let found = assembly.and_then(|assembly| Watch::replay(&assembly, &log));
+            found.map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
         });
         caveats.extend(log.players().iter().map(|player| format!("{}.", Player::read(player).sentence())));
         let (agents, findings) = (agents_of(&log), findings.unwrap_or_default());
