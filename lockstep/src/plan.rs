@@ -75,7 +75,7 @@ pub enum PlanError {
     #[error("the name {0} is used twice")]
     Name(String),
     /// A name that a service cannot have.
-    #[error("\"{0}\" cannot be a name: use 1 to 64 of a-z, A-Z, 0-9, _ and -")]
+    #[error("\"{0}\" cannot be a name: use 1 to 64 of a-z, A-Z, 0-9, _, - and the comma")]
     BadName(String),
     /// A node without a process, or with two.
     #[error("node {node} is hosted by {hosts} workers; it takes exactly one")]
@@ -338,7 +338,7 @@ fn check_workers(network: &Network, workers: &[WorkerPlan]) -> Result<(), PlanEr
 fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), PlanError> {
     let mut seen = BTreeSet::new();
     for name in names {
-        let allowed = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
+        let allowed = |character: char| character.is_ascii_alphanumeric() || "_-,".contains(character);
         if name.is_empty() || name.len() > 64 || !name.chars().all(allowed) {
             return Err(PlanError::BadName(name.clone()));
         }

@@ -8,10 +8,7 @@ use formation::wiring::testing::check_responses;
 #[test]
 fn outputs_have_the_values_of_their_names() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    check_responses(
-        Role::Controller,
-        low_level_ctrl::KINDS,
-        &root.join("../scenarios"),
-        &root.join("tests/outputs.txt"),
-    );
+    // What a law by formulas publishes is said by a scenario of a user.
+    let kinds: Vec<_> = low_level_ctrl::KINDS.iter().copied().filter(|kind| kind.name != "formulas").collect();
+    check_responses(Role::Controller, &kinds, &root.join("../scenarios"), &root.join("tests/outputs.txt"));
 }

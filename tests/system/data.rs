@@ -105,7 +105,7 @@ fn data_files_are_part_of_the_log() {
         assert_eq!(end.code(), 0, "{command:?}: {}{}", end.stdout(), end.stderr());
     }
     let end = folder.run(&["validate", "files.toml"]);
-    assert!(end.code() == 2 && end.stderr().contains("cannot read data/long.csv: No such file"), "{}", end.stderr());
+    assert!(end.code() == 2 && end.stderr().contains("cannot read figure8.csv: No such file"), "{}", end.stderr());
 }
 
 #[test]

@@ -141,7 +141,11 @@ fn what_a_scenario_says_about_agents_follows_them() {
     assert_eq!(swaps("agents=[1,3]"), emulated(&[1, 2]));
     assert_eq!(swaps("x0=[[0,0,0],[1,1,0]]"), emulated(&[1, 2]));
     assert_eq!(swaps("N=5"), emulated(&[1, 2, 3, 4, 5]));
-    refused(EXPERIMENT, &["swap={\"plant.9\"=\"emulator\"}"], &["no participant is called `plant_9`"]);
+    refused(
+        EXPERIMENT,
+        &["swap={\"plant.9\"=\"emulator\"}"],
+        &["swap: plant.9: there is no such participant", "did you mean `plant_1`?"],
+    );
 
     let folder = Folder::new();
     let extra = r#"

@@ -65,8 +65,8 @@ fn unclear(campaign: &Campaign) -> Vec<String> {
             (false, false) => unclear.push(format!("{run}: {} has a reason but needs none", row.id)),
             _ => {}
         }
-        match row.definition {
-            Some(definition) => drop(used.insert(definition.id)),
+        match &row.definition {
+            Some(definition) => drop(used.insert(definition.id.to_string())),
             None => unclear.push(format!("{run}: {} has no definition", row.id)),
         }
     }
@@ -74,7 +74,7 @@ fn unclear(campaign: &Campaign) -> Vec<String> {
     let set = thesis::SETS.iter().find(|set| set.name == scenario.metrics).expect("its set of metrics");
     // Two scenarios share the set `dsm`, and each has metrics that the other one does not.
     let shared = schemes::SCENARIOS.iter().filter(|one| set.serves(one)).count();
-    let idle = set.definitions.iter().filter(|definition| shared == 1 && !used.contains(definition.id));
+    let idle = set.definitions.iter().filter(|definition| shared == 1 && !used.contains(definition.id.as_ref()));
     unclear.extend(idle.map(|definition| format!("{}: no run has the metric {}", scenario.name, definition.id)));
     unclear
 }

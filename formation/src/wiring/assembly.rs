@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use super::components::read_components;
 use super::named_participants::{apply_edges, check_failure_policy, check_groups, check_swaps};
+use super::node_role::NodeRole;
 use super::present::add_variants_with;
 use super::ranges;
 use super::{Bind, Component, Kind, Signals, Swapped, external, swapped};
@@ -82,15 +83,6 @@ impl Roles {
             list.push(kind);
         }
     }
-}
-
-/// What a node of the network is: a role and the agents (from 0) that it serves.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NodeRole {
-    /// The role.
-    pub role: Role,
-    /// The agents, from 0.
-    pub agents: Vec<usize>,
 }
 
 /// A checked scenario with its components, ready to build participants from.

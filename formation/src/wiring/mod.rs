@@ -11,6 +11,7 @@ mod components;
 mod external;
 mod interface;
 mod named_participants;
+mod node_role;
 mod outputs;
 mod present;
 mod ranges;
@@ -20,11 +21,12 @@ pub mod testing;
 mod unbound;
 
 pub use crate::role::Role;
-pub use assembly::{Assembly, NodeRole, Roles};
+pub use assembly::{Assembly, Roles};
 pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
 pub use external::EXTERNAL;
 pub use interface::Interface;
+pub use node_role::NodeRole;
 pub use outputs::{BoundOutputs, Outputs};
 pub use present::present;
 pub use station::{

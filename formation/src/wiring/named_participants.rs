@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lockstep::Network;
 
-use super::assembly::NodeRole;
+use super::node_role::NodeRole;
 use super::swapped::resolve;
 use crate::config::{Problem, did_you_mean};
 use crate::scenario::Scenario;

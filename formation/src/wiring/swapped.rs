@@ -2,7 +2,7 @@
 
 use lockstep::Network;
 
-use super::assembly::NodeRole;
+use super::node_role::NodeRole;
 use crate::config::did_you_mean;
 use crate::scenario::{Served, SwapTarget};
 
