@@ -89,7 +89,7 @@ fn a_program_of_another_size_is_refused_with_both() {
     let text = WORLD.replace("signals = {", "standard = false\nsignals = { position = 4, velocity = 3,");
     let text = text.replace("kind = \"consensus\"\nk_x = 2\nk_v = 2", "kind = \"external\"\nreads = []");
     folder.write("world.toml", &text);
-    let run = folder.run(&["run", "world.toml", "-q", "--swap", "plant=./world", "--swap", "controller=./world"]);
+    let run = folder.run(&["run", "world.toml", "-q", "--swap", "plant=./world", "--swap", "controller=sleep 60"]);
     assert_eq!(run.code(), 3, "{}", run.stderr());
     assert!(run.stderr().contains("the output `position` (3)"), "{}", run.stderr());
     assert!(run.stderr().contains("position (4)"), "{}", run.stderr());

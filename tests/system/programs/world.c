@@ -1,4 +1,6 @@
 /* A plant for the agents that it serves: double integrators, and what an accelerometer would show. */
+#include <stdio.h>
+
 #include <phalanx.h>
 
 #define MOST 8
@@ -37,5 +39,6 @@ int main(void) {
         }
         if (!phalanx_done(me)) break;
     }
+    if (*phalanx_error(me)) fprintf(stderr, "%s\n", phalanx_error(me));
     return phalanx_close(me);
 }

@@ -80,7 +80,9 @@ fn reducers_over_time() {
         assert!((found - expected).abs() < 1e-12, "{formula}: {found}");
     }
     assert!(value("settle(abs(state.position[0]), below = 0.1)").is_nan());
-    assert!(value("max(state.position[0], from = 7)").is_nan());
+    assert!(
+        mistake("[metrics]\nx = \"max(state.position[0], from = 7)\"").contains("expected times 0 <= from <= until")
+    );
 }
 
 #[test]
