@@ -37,9 +37,11 @@ def test_a_violated_assertion_is_a_result() -> None:
     log = phalanx.run("triangle", duration=2, set={"assert": [gap]})
     assert (log.ok, log.ending) == (False, "violated")
     assert not log.assertions["gap"].ok and log.assertions["gap"].first["time"] == 0
-    assert log.metrics == {} and log.log["agent_1/state"].position.shape == (201, 3)
+    # The default set: the scenario names none.
+    assert log.metrics["gap_min"].value < 5 and log.metrics["tracking_end"].unit == "m"
+    assert log.log["agent_1/state"].position.shape == (201, 3)
     again = phalanx.open(log)
-    assert not again.ok and again.assertions == log.assertions and again.metrics == {}
+    assert not again.ok and again.assertions == log.assertions and again.metrics == log.metrics
 
 
 def test_a_participant_that_fails_is_a_result(folder: Path) -> None:

@@ -21,12 +21,12 @@ pub const FIGURES: &str = include_str!("figures.toml");
 ///
 /// ```
 /// # use orchestrator::judge::metrics::{Definition, Metric, MetricSet};
-/// const MEANING: [Definition; 1] = [Definition::new("samples", "K", "", "Number of recorded samples.")];
+/// const MEANING: &[Definition] = &[Definition::new("samples", "K", "", "Number of recorded samples.")];
 /// let mut catalog = thesis::catalog(schemes::ROLES, schemes::SCENARIOS);
 /// catalog.metrics.push(MetricSet {
 ///     name: "mine",
 ///     compute: |run| Ok(vec![Metric::new("samples", run.samples() as f64)]),
-///     definitions: &MEANING,
+///     definitions: MEANING,
 /// });
 /// assert!(catalog.metric_set("mine").is_some() && catalog.metric_set("uav").is_some());
 /// ```
