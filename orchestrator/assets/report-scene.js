@@ -138,7 +138,7 @@ class Scene {
     this.middle = [width / 2 + camera.shift[0], height / 2 + camera.shift[1]];
     if (state.follow !== null && this.agents[state.follow]) {
       this.centre = this.place(this.agents[state.follow].position, state.time).slice(0, 3);
-      if (this.planar) this.centre[2] = 0;
+      if (this.planar || this.agents[state.follow].planar) this.centre[2] = 0;
     }
   }
 
@@ -257,7 +257,7 @@ class Scene {
     const path = agent.desired ?? agent.tracked;
     if (path) {
       const [x, y] = this.point(this.place(path, time));
-      this.line([this.point(place), [x, y]], this.colour(index), 1, [2, 3]);
+      this.line([this.point(place, agent.planar), [x, y]], this.colour(index), 1, [2, 3]);
       context.strokeStyle = this.colour(index);
       context.lineWidth = 1.5;
       context.beginPath();
