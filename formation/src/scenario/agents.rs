@@ -86,6 +86,7 @@ pub(super) struct Row {
     /// Ratio of torque to thrust of a rotor, m.
     upsilon: Option<f64>,
     /// Parameters for programs that play participants of this agent; they override those of `[controller.with]` and so on.
+    #[serde(default)]
     #[schemars(schema_with = "program_parameters::schema")]
     #[allow(dead_code, reason = "programs look it up in the tree; here it is a known field")]
     with: Option<Elsewhere>,

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
@@ -40,7 +40,7 @@ pub(super) struct RawScenario {
     #[serde(default)]
     pub(super) seed: u64,
     /// The agents, numbered from 1 in this order.
-    #[schemars(with = "Vec<Row>", length(min = 1))]
+    #[schemars(schema_with = "rows")]
     agents: Option<Elsewhere>,
     #[schemars(with = "Timing")]
     timing: Option<Elsewhere>,
@@ -93,6 +93,14 @@ pub(super) struct RawScenario {
     assert: Option<Elsewhere>,
     #[schemars(schema_with = "schema::ranges")]
     ranges: Option<Elsewhere>,
+}
+
+/// The rows of the agents. Those of vehicles by equations have states and parameters by their names instead of a position.
+fn rows(generator: &mut SchemaGenerator) -> Schema {
+    let mut row = Row::json_schema(generator);
+    row.insert("additionalProperties".into(), json_schema!({ "type": ["number", "string"] }).into());
+    row.remove("required");
+    json_schema!({ "type": "array", "minItems": 1, "items": row })
 }
 
 /// The names of all sections that a scenario file may have, in order.

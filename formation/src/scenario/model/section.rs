@@ -26,26 +26,34 @@ pub(in crate::scenario) struct EquationsSection {
     /// The book, paper or data sheet that the equations come from.
     pub(super) source: Option<String>,
     /// Unit of each state; or a table with its `unit` and its `initial` value. Rows of agents give initial values by these names.
+    #[serde(default)]
     #[schemars(schema_with = "states")]
     states: Option<Elsewhere>,
     /// Unit of each input; or a table with its `unit` and the limits `low` and `high` at which it saturates.
+    #[serde(default)]
     #[schemars(schema_with = "inputs")]
     inputs: Option<Elsewhere>,
     /// Numbers for the formulas: one for all, a list, or a formula of i and N. Rows of agents may have their own by these names.
+    #[serde(default)]
     #[schemars(with = "BTreeMap<String, PerAgent>")]
     parameters: Option<Elsewhere>,
+    #[serde(default)]
     #[schemars(schema_with = "named_parts")]
     define: Option<Elsewhere>,
     /// The time derivative of each state: formulas of t, states, inputs, parameters and definitions.
+    #[serde(default)]
     #[schemars(schema_with = "by_name")]
     d: Option<Elsewhere>,
     /// The position: 1 to 3 formulas, mostly names of states.
+    #[serde(default)]
     #[schemars(schema_with = "coordinates")]
     position: Option<Elsewhere>,
     /// The velocity: as many; by default the time derivative of a position that consists of states.
+    #[serde(default)]
     #[schemars(schema_with = "coordinates")]
     velocity: Option<Elsewhere>,
     /// Other signals: a formula, a list of formulas, or a table with such a `value` and its `unit`.
+    #[serde(default)]
     #[schemars(schema_with = "outputs")]
     outputs: Option<Elsewhere>,
     /// The states that are angles.

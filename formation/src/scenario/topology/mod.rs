@@ -27,6 +27,7 @@ pub(super) struct TopologySection {
     #[serde(rename = "A")]
     adjacency: Option<Adjacency>,
     /// The links by the name of a graph, or as a table: a graph with options, a list of links, or a file.
+    #[serde(default)]
     #[schemars(schema_with = "spec::schema")]
     graph: Option<Elsewhere>,
     /// Weights of the links to the reference; by default 1.
@@ -53,6 +54,7 @@ struct SwitchTable {
     #[serde(rename = "A")]
     adjacency: Option<Adjacency>,
     /// The links by the name of a graph, or as a table.
+    #[serde(default)]
     #[schemars(schema_with = "spec::schema")]
     graph: Option<Elsewhere>,
     /// Weights of the links to the reference.

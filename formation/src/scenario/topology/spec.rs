@@ -27,6 +27,7 @@ struct GraphTable {
     /// The probability of a link, for each pair of agents by itself.
     random: Option<f64>,
     /// Links `[from, to]` or `[from, to, weight]`; agents are numbered from 1.
+    #[serde(default)]
     #[schemars(with = "Vec<Vec<f64>>")]
     links: Option<Elsewhere>,
     /// A file with the links: GraphML (`.graphml`, `.xml`), CSV (`.csv`), or a list of links (any other name), from the folder of the

@@ -30,11 +30,20 @@ pub fn schema(catalog: &Catalog) -> Value {
             "additionalProperties": { "type": "object", "properties": relaxed, "additionalProperties": false },
         }),
     );
+    let fields = properties.get("agents").and_then(|agents| agents["items"]["properties"].as_object());
+    let fields: Vec<&String> = fields.into_iter().flat_map(Map::keys).collect();
+    // Rows of agents by equations have the names of states and parameters; all others have these fields only.
+    let standard = json!({ "properties": { "vehicle": {
+        "required": ["kind"], "properties": { "kind": { "enum": ["omni", "integrator", "quadcopter"] } },
+    } }, "required": ["vehicle"] });
+    let rows = json!({ "propertyNames": { "enum": fields }, "required": ["position"] });
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
+        "if": standard,
+        "then": { "properties": { "agents": { "items": rows } } },
         "title": "Phalanx scenario",
         "type": "object",
-        "required": ["name", "agents", "timing", "vehicle", "reference", "plant", "planner", "controller"],
+        "required": ["name", "agents", "timing"],
         "properties": properties,
         "additionalProperties": false,
     })

@@ -20,6 +20,7 @@ pub(super) fn relax(schema: &Value) -> Value {
                 relaxed.insert(key.clone(), Value::Object(properties.collect()));
             }
             ("additionalProperties" | "items", _) => _ = relaxed.insert(key.clone(), relax(value)),
+            ("anyOf", Value::Array(options)) => _ = relaxed.insert(key.clone(), options.iter().map(relax).collect()),
             _ => _ = relaxed.insert(key.clone(), value.clone()),
         }
     }
