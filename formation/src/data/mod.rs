@@ -13,7 +13,7 @@
 //!
 //! Beyond its ends, a curve has the value that it has there, and derivatives 0.
 //!
-//! [`DataSource`] says where their bytes come from: beside a scenario file, in a run directory, or in a log. [`Library`] reads each
+//! [`DataSource`] says where their bytes come from: beside a scenario file, in a run directory, or in a log. `Library` reads each
 //! file and makes each curve once for all formulas of a scenario, and knows which files were read.
 
 mod csv;

@@ -53,7 +53,7 @@ impl Roles {
         }
     }
 
-    /// The components of a role: its own, and behind them [`EXTERNAL`], which every catalog has.
+    /// The components of a role: its own, and behind them the kind `external`, which every catalog has.
     pub fn of(&self, role: Role) -> impl Iterator<Item = &Kind> {
         let own = self.own(role);
         let external = Some(&external::KIND).filter(|kind| own.iter().all(|known| known.name != kind.name));
