@@ -64,7 +64,7 @@ int phalanx_close(phalanx_participant *participant);
 /* How many participants this process plays; 1, if the run does not say otherwise. */
 int phalanx_count(const phalanx_participant *participant);
 /* Makes all that follows be about the participant of this number, from 0: questions, and signals to bind. Every one is to be
- * selected before the first step. Returns 1, or 0 if there is none of this number. */
+ * selected before the first step. Returns 1, or 0 if no participant has this number. */
 int phalanx_select(phalanx_participant *participant, int number);
 /* The number of the selected participant. phalanx_next selects the one whose step it is; the participants run one after the other,
  * each with its own call of phalanx_next and phalanx_done, and only its own signals can be read and written. */
@@ -110,7 +110,7 @@ double phalanx_model(phalanx_participant *participant, int agent, const char *na
 
 /* ---- The graph and the disturbance, as they are in force. Before and in steps; nothing is allocated. ---- */
 
-/* Weight of the static link over which agent i receives from agent j; 0 if there is none. If the graph switches (topology.at), this
+/* Weight of the static link over which agent i receives from agent j; 0 without a link. If the graph switches (topology.at), this
  * function and those below tell the graph of the step in progress, and that of step 0 before. Fails with NaN. */
 double phalanx_weight(phalanx_participant *participant, int i, int j);
 /* The same while both are `distance` metres apart: where there is no static link, that of topology.proximity. */

@@ -33,7 +33,7 @@ mod write;
 mod tests;
 
 pub(crate) use crate::text::around;
-pub use crate::text::{brief, did_you_mean, nearest, readable};
+pub use crate::text::{brief, did_you_mean, is_signal_name, nearest, readable};
 pub use diagonal::Diagonal;
 pub(crate) use file::read_bytes;
 pub use file::{TextError, read_data, read_text};

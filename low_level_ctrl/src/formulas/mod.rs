@@ -3,7 +3,7 @@
 mod law;
 mod read;
 
-use formation::config::{FormulaText, FormulaTexts, Ordered};
+use formation::config::{FormulaText, FormulaTexts, Ordered, did_you_mean, is_signal_name};
 use formation::scenario::Context;
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
 use lockstep::{Fault, Field, Io, Participant, Step};
@@ -60,7 +60,7 @@ impl Component for Formulas {
                 checks = checks.require(law.get(input).is_some(), &section, example);
             }
             for (name, _) in law.iter().filter(|(name, _)| !inputs.iter().any(|input| input == name)) {
-                let hint = formation::config::did_you_mean(name, inputs.iter().map(String::as_str));
+                let hint = did_you_mean(name, inputs.iter().map(String::as_str));
                 let known = inputs.join(", ");
                 let message = format!(
                     "the vehicle `{}` has no input of this name, expected one of {known}{hint}",
@@ -78,7 +78,7 @@ impl Component for Formulas {
             checks = checks.require(false, &format!("laws.{name}"), message);
         }
         for (name, _) in self.signals.iter() {
-            let is_free = name != "input" && read::is_signal_name(name);
+            let is_free = name != "input" && is_signal_name(name);
             let message =
                 "expected lower-case letters, digits and single `_` inside, and not `input`, which the law gives";
             checks = checks.require(is_free, &format!("signals.{name}"), message);

@@ -20,12 +20,6 @@ pub(super) fn inputs(vehicle: &Vehicle) -> Vec<String> {
     }
 }
 
-/// Whether it is a field name of ROS 2, as all signals are.
-pub(super) fn is_signal_name(name: &str) -> bool {
-    let letters = name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
-    letters && name.starts_with(|c: char| c.is_ascii_lowercase()) && !name.ends_with('_') && !name.contains("__")
-}
-
 /// The sources that a formula names, with the role that publishes them and the sample that is read.
 const SOURCES: [(&str, Role, Timing); 4] = [
     ("state", Role::Plant, Timing::SameStep),

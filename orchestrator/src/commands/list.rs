@@ -1,8 +1,7 @@
 //! `phalanx list`.
 
 use clap::Args;
-use formation::config::did_you_mean;
-use formation::scenario::{LIBRARY, Scenario, Selection};
+use formation::scenario::{LIBRARY, LibraryVehicle, Scenario, Selection};
 use formation::wiring::Role;
 use serde_json::json;
 
@@ -84,12 +83,7 @@ fn list_vehicles(as_json: bool) {
 }
 
 fn print_vehicle(name: &str) -> Result<(), Failure> {
-    let Some(vehicle) = LIBRARY.iter().find(|vehicle| vehicle.name == name) else {
-        let names: Vec<&str> = LIBRARY.iter().map(|vehicle| vehicle.name).collect();
-        let hint = did_you_mean(name, names.iter().copied());
-        let message = format!("--vehicle: no vehicle is called `{name}`, expected one of {}{hint}", names.join(", "));
-        return Err(Failure::Usage(message));
-    };
+    let vehicle = LibraryVehicle::named(name).map_err(|reason| Failure::Usage(format!("--vehicle: {reason}")))?;
     print!("{}", vehicle.text);
     Ok(())
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use lockstep::{Field, MAX_WORDS};
 
-use super::description::{Description, is_signal_name};
-use crate::config::{Node, Problem, Problems, around, did_you_mean};
+use super::description::{Description, LONGEST_NAME};
+use crate::config::{Node, Problem, Problems, around, did_you_mean, is_signal_name};
 use crate::data::Library;
 use crate::formula::Formula;
 use crate::scenario::formulas::Formulas;
@@ -279,7 +279,7 @@ impl<'a> Compiler<'a> {
         let path = format!("{}.outputs.{name}", self.formulas.section);
         let taken =
             ["position", "velocity"].contains(&name) || self.formulas.variables.iter().any(|(known, _)| *known == name);
-        if !is_signal_name(name) || taken {
+        if !is_signal_name(name) || name.len() > LONGEST_NAME || taken {
             let message = if taken {
                 format!("`{name}` stands for something else in this vehicle already")
             } else {

@@ -1,12 +1,15 @@
 //! `[vehicle]` with equations as it is written: names, units and limits, before the formulas are compiled for an agent.
 
 use super::section::{EquationsSection, InputTable, StateTable};
-use crate::config::{Node, PerAgent, Problems, Sort, Table, did_you_mean, read};
+use crate::config::{Node, PerAgent, Problems, Sort, Table, did_you_mean, is_signal_name, read};
 use crate::formula::Expression;
 use crate::vehicle::Variable;
 
 /// Names that formulas and rows of agents use for something else.
 const RESERVED: &[&str] = &["t", "i", "N", "pi", "id", "vehicle", "position", "velocity", "with", "and", "or", "not"];
+
+/// Most bytes of the name of a signal.
+pub(super) const LONGEST_NAME: usize = 64;
 
 /// Most numbers of the position of an agent.
 const MOST_COORDINATES: usize = 3;
@@ -177,7 +180,7 @@ impl Names<'_> {
     /// A name that becomes one of a signal, too.
     fn signal(&mut self, name: &str, path: &str) {
         self.name(name, path);
-        if !is_signal_name(name) {
+        if !is_signal_name(name) || name.len() > LONGEST_NAME {
             let message = "expected lower-case letters, digits and single `_` inside, beginning with a letter: a state is a signal, too";
             self.problems.at(self.root, path, message);
         }
@@ -195,16 +198,6 @@ impl Names<'_> {
         }
         self.known.push(name.into());
     }
-}
-
-/// Whether it is a field name of ROS 2, as all signals are.
-pub(super) fn is_signal_name(name: &str) -> bool {
-    let characters = name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
-    characters
-        && name.starts_with(|c: char| c.is_ascii_lowercase())
-        && !name.ends_with('_')
-        && !name.contains("__")
-        && name.len() <= 64
 }
 
 /// Every state needs a time derivative, and nothing else has one.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::config::{Node, Problem, Source, Value, read_text};
+use crate::config::{Node, Problem, Source, Value, did_you_mean, read_text};
 
 /// A vehicle of the library.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,18 @@ library![
 ];
 
 impl LibraryVehicle {
+    /// The vehicle of this name.
+    ///
+    /// # Errors
+    /// Names all that there are, and the nearest.
+    pub fn named(name: &str) -> Result<&'static Self, String> {
+        let names = || LIBRARY.iter().map(|vehicle| vehicle.name);
+        LIBRARY.iter().find(|vehicle| vehicle.name == name).ok_or_else(|| {
+            let (list, hint) = (names().collect::<Vec<_>>().join(", "), did_you_mean(name, names()));
+            format!("no vehicle is called `{name}`, expected one of {list}{hint}")
+        })
+    }
+
     /// Title and source, as its file gives them.
     pub fn words(&self) -> [String; 2] {
         let root = Node::parse(self.source()).ok();

@@ -26,7 +26,7 @@ pub const EXTERNAL: &str = "external";
 /// The kind of every role that a program plays.
 pub(super) const KIND: Kind = Kind {
     name: EXTERNAL,
-    summary: "no law of its own: a program takes its place ([swap] or --swap), with the signals that the section declares",
+    summary: "no law: a program replaces it ([swap] or --swap), with the signals that the section declares",
     read: |node, path, problems| {
         let role = Role::ALL.into_iter().find(|role| role.name() == path)?;
         let parameters = read::<Parameters>(node, path, problems)?;
@@ -47,7 +47,7 @@ struct Parameters {
     /// observer; `position`, `velocity` and `acceleration` of a planner.
     #[serde(default = "yes")]
     standard: bool,
-    /// Whose signals the program reads: `plant`, `neighbours.controller@before`, `all.observer`, `planner.1,3-6`. By default those
+    /// The participants whose signals the program reads: `plant`, `neighbours.controller@before`, `all.observer`, `planner.1,3-6`. By default those
     /// of its own agent and of the in-neighbours.
     reads: Option<Vec<String>>,
 }

@@ -8,6 +8,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use crate::config::is_signal_name;
+
 /// Names that the header of every sample has.
 const RESERVED: [&str; 4] = ["stamp", "step", "agent", "status"];
 
@@ -61,9 +63,7 @@ impl Signal {
 
 /// Why a signal cannot have this name.
 fn wrong_name(name: &str) -> Option<String> {
-    let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    let is_word = name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_plain);
-    if !is_word || name.ends_with('_') || name.contains("__") {
+    if !is_signal_name(name) {
         return Some(
             "expected a name of lower-case letters, digits and single underscores, such as `wind_speed`".into(),
         );

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use formation::config::did_you_mean;
-use formation::scenario::{LIBRARY, LibraryVehicle, VehicleParts};
+use formation::scenario::{LibraryVehicle, VehicleParts};
 
 use crate::failure::Failure;
 use crate::terminal::program;
@@ -18,12 +17,7 @@ pub fn create_vehicle(name: &str, from: &str) -> Result<String, Failure> {
     if name.is_empty() || !name.chars().all(is_letter) {
         return Err(Failure::Usage(format!("{name}: a name consists of letters, digits, _ and -")));
     }
-    let Some(vehicle) = LIBRARY.iter().find(|vehicle| vehicle.name == from) else {
-        let names: Vec<&str> = LIBRARY.iter().map(|vehicle| vehicle.name).collect();
-        let hint = did_you_mean(from, names.iter().copied());
-        let message = format!("--from: no vehicle is called `{from}`, expected one of {}{hint}", names.join(", "));
-        return Err(Failure::Usage(message));
-    };
+    let vehicle = LibraryVehicle::named(from).map_err(|reason| Failure::Usage(format!("--from: {reason}")))?;
     let file = format!("{name}.toml");
     if Path::new(&file).exists() {
         return Err(Failure::Usage(format!("{file} exists already; choose another name")));
