@@ -41,11 +41,13 @@ const cell = (label, kind, ...children) => element("td", { class: kind || null, 
 const headRow = (titles) => element("thead", {}, element("tr", {}, ...titles.map(([text, kind]) => element("th", { class: kind ?? null }, text))));
 const table = (head, rows, kind = null) => element("table", { class: kind }, head, element("tbody", {}, ...rows.flat()));
 
-/** The name of a metric with its symbol; what it means unfolds below. */
+/** The name of a metric with its symbol; what it means unfolds below, with its formula where that is long. */
 const metricName = ({ id, symbol, description }) => {
-  const name = [element("code", {}, id), symbol ? element("span", { class: "symbol" }, symbol) : null];
-  if (!description) return element("td", { class: "name" }, element("span", {}, ...name.filter(Boolean)));
-  return element("td", { class: "name" }, element("details", { class: "meaning" }, element("summary", { title: description }, ...name.filter(Boolean)), element("p", {}, description)));
+  const isLong = (symbol ?? "").length > 32;
+  const name = [element("code", {}, id), symbol && !isLong ? element("span", { class: "symbol" }, symbol) : null].filter(Boolean);
+  const meaning = [isLong ? element("code", {}, symbol) : null, description ? element("span", {}, description) : null].filter(Boolean);
+  if (!meaning.length) return element("td", { class: "name" }, element("span", {}, ...name));
+  return element("td", { class: "name" }, element("details", { class: "meaning" }, element("summary", { title: description ?? symbol }, ...name), ...meaning.map((part) => element("p", {}, part))));
 };
 
 /** Tables that do not fit give up their drawings, then their columns; there is room to scroll one that compares. */

@@ -214,15 +214,18 @@ const checkReport = async (file) => {
   await page.mouse.move(2, 2);
   await changes(".plot canvas", "the scale", () => page.locator(".plot button.quiet").first().click());
   await page.locator(".plot button.quiet").first().click();
-  const peaks = page.locator(".plot button:visible", { hasText: "show peaks" }).first();
-  if (await peaks.count()) {
-    const plot = await peaks.evaluate((button) => button.closest(".plot").id);
-    await peaks.scrollIntoViewIfNeeded();
+  // A plot is drawn when it comes into view, and whether it cuts peaks is known only then.
+  const cutting = await page.locator(".plot button:visible", { hasText: "show peaks" }).evaluateAll((all) => all.map((one) => one.closest(".plot").id));
+  for (const plot of cutting) {
+    await page.locator(`#${plot}`).scrollIntoViewIfNeeded();
     await page.waitForTimeout(120);
-    await changes(`#${plot} canvas`, "showing peaks", () => page.locator(`#${plot} button`, { hasText: "show peaks" }).click());
-    await page.locator(`#${plot} button`, { hasText: "cut peaks" }).click();
-    await page.evaluate(() => window.scrollTo(0, 0));
+    const button = page.locator(`#${plot} button`, { hasText: /show peaks|cut peaks/ });
+    if (!(await button.isVisible())) continue;
+    await changes(`#${plot} canvas`, "showing peaks", () => button.click());
+    await button.click();
+    break;
   }
+  await page.evaluate(() => window.scrollTo(0, 0));
   const crossing = await page.evaluate(() => [...document.querySelectorAll(".wide table")].filter((table) => {
     const [own, around] = [table, table.closest(".card")].map((node) => node.getBoundingClientRect());
     const next = table.nextElementSibling?.getBoundingClientRect();
