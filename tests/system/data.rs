@@ -131,3 +131,55 @@ fn a_wrong_file_is_refused_at_its_formula() {
     folder.write("files.toml", &format!("{SCENARIO}\n[data]\n\"wind.csv\" = 3\n"));
     refused(&["data.wind.csv", "expected a file in quotes and its SHA-256"]);
 }
+
+#[test]
+fn a_law_reads_files_too() {
+    let folder = Folder::new();
+    folder.write("gain.csv", "t,k\n0,0\n1,2\n2,2\n");
+    folder.write(
+        "law.toml",
+        r#"
+name = "law"
+agents = [{ x = 1 }, { x = -1 }]
+
+[timing]
+dt = 0.01
+duration = 2
+
+[vehicle]
+kind = "equations"
+states = { x = "m" }
+inputs = { u = "m/s" }
+d.x = "u"
+
+[topology]
+b = 0
+
+[controller]
+kind = "formulas"
+law.u = 'table("gain.csv", "k", t)*sum(a_ij*(x_j - x))'
+signals.gain = 'table("gain.csv", "k", t, "hold")'
+"#,
+    );
+    let mut digests = Vec::new();
+    for placement in ["single", "processes"] {
+        let log = format!("{placement}.mcap");
+        let run = folder.run(&["run", "law.toml", "--placement", placement, "--out", &log, "-q", "--json"]);
+        assert_eq!(run.code(), 0, "{placement}: {}", run.stderr());
+        digests.push(run.json()["sha256"].as_str().expect("a digest").to_string());
+    }
+    assert_eq!(digests[0], digests[1]);
+
+    let log = recording::Log::open(&folder.path("processes.mcap")).expect("a log");
+    let gain = log.signal("/agent_1/command", "gain").expect("a gain");
+    assert_eq!([99, 100].map(|row| gain.row(row)[0]), [0.0, 2.0]);
+    // d(x1 - x2)/dt = -2 k(t) (x1 - x2), and the integral of k over two seconds is 3.
+    let end = log.signal("/agent_1/state", "x").expect("a state");
+    assert!((end.row(end.len() - 1)[0] - (-6.0_f64).exp()).abs() < 5e-4);
+
+    std::fs::remove_file(folder.path("gain.csv")).expect("it is removed");
+    let end = folder.run(&["replay", "processes.mcap", "--only", "controller_2"]);
+    assert_eq!(end.code(), 0, "{}{}", end.stdout(), end.stderr());
+    let end = folder.run(&["validate", "law.toml"]);
+    assert!(end.code() == 2 && end.stderr().contains("law.u") && end.stderr().contains("gain.csv"), "{}", end.stderr());
+}

@@ -170,6 +170,16 @@ impl Node {
         names.into_iter().collect()
     }
 
+    /// All texts in it, in order.
+    pub(crate) fn texts(&self) -> Vec<&str> {
+        match &self.value {
+            Value::String(text) => vec![text],
+            Value::Array(items) => items.iter().flat_map(Self::texts).collect(),
+            Value::Table(table) => table.iter().flat_map(|(_, node)| node.texts()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
     fn visit_leaves(&self, path: &str, visit: &mut dyn FnMut(&str, String)) {
         for (key, node) in self.as_table().into_iter().flat_map(Table::iter) {
             let here = join(path, key);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use lockstep::sha256;
 
@@ -10,7 +10,9 @@ use super::DataSource;
 use super::csv::Csv;
 use super::source::file_name;
 use super::{minimum_jerk, pieces, spline};
-use crate::formula::{Cursor, Curve, DataCall, DataError, DataFunction, FormulaError, Interpolation, Operands};
+use crate::formula::{
+    Cursor, Curve, DataCall, DataError, DataFunction, FormulaError, Interpolation, Operands, files_named,
+};
 
 /// A data file that formulas use.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,8 +49,15 @@ impl Library {
     }
 
     /// All files that were read, by their paths.
-    pub(crate) fn into_files(self) -> Vec<DataFile> {
-        self.files.into_values().filter_map(Result::ok).collect()
+    pub(crate) fn files(&self) -> Vec<DataFile> {
+        self.files.values().filter_map(|file| file.as_ref().ok()).cloned().collect()
+    }
+
+    /// Reads the files that the formulas in these texts name, for those who compile them later. An error stays with its file.
+    pub(crate) fn prepare<'a>(&mut self, texts: impl IntoIterator<Item = &'a str>) {
+        for path in texts.into_iter().flat_map(files_named) {
+            _ = self.file(path);
+        }
     }
 
     fn file(&mut self, path: &str) -> Result<DataFile, String> {
@@ -82,6 +91,25 @@ impl Operands for Library {
             Entry::Vacant(place) => place.insert(made).clone(),
             Entry::Occupied(known) => known.get().clone(),
         }
+    }
+}
+
+/// The data files of a scenario, for formulas in the sections of its components.
+#[derive(Clone, Debug, Default)]
+pub struct DataCurves(Arc<Mutex<Library>>);
+
+impl DataCurves {
+    pub(crate) fn new(library: Library) -> Self {
+        Self(Arc::new(Mutex::new(library)))
+    }
+
+    /// The curve that a call in a formula asks for, [`Operands::curve`].
+    ///
+    /// # Errors
+    /// Says why there is no such curve.
+    pub fn curve(&self, call: &DataCall) -> Result<Arc<Curve>, DataError> {
+        // A panic in between leaves no half-made curve.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).curve(call)
     }
 }
 

@@ -26,6 +26,6 @@ mod spline;
 #[cfg(test)]
 mod tests;
 
-pub use library::DataFile;
 pub(crate) use library::Library;
+pub use library::{DataCurves, DataFile};
 pub use source::DataSource;

@@ -231,7 +231,7 @@ fn every_mistake_has_its_place() {
     let error = Expression::parse("1 + table('d.csv', 'x', 2)").unwrap_err();
     assert_eq!(
         (error.offset, error.message.as_str()),
-        (10, "there are no data files here: only formulas of a scenario's references and disturbances read any")
+        (10, "there are no data files here: formulas of references, disturbances, vehicles and laws read them")
     );
 }
 

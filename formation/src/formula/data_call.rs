@@ -46,3 +46,22 @@ impl Interpolation {
     pub(super) const ALL: [(&'static str, Self); 3] =
         [("hold", Self::Hold), ("linear", Self::Linear), ("cubic", Self::Cubic)];
 }
+
+/// The files that calls in this text read, by the text alone: the formula need not be valid.
+pub(crate) fn files_named(text: &str) -> impl Iterator<Item = &str> {
+    ["table", "trajectory"].into_iter().flat_map(move |function| text.split(function).skip(1)).filter_map(|rest| {
+        let (file, _) = rest.trim_start().strip_prefix('(')?.trim_start().strip_prefix('"')?.split_once('"')?;
+        Some(file)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::files_named;
+
+    #[test]
+    fn finds_the_files_of_a_text() {
+        let text = r#"sum(a_ij*(x_j - x)) + table ( "a b.csv", "x", t) - 2*trajectory("w.csv","y",t) + table("#;
+        assert_eq!(files_named(text).collect::<Vec<_>>(), ["a b.csv", "w.csv"]);
+    }
+}

@@ -67,6 +67,7 @@ mod tests;
 pub use compile::Operand;
 pub use condition::{Compared, Comparison, Condition};
 pub use curve::Curve;
+pub(crate) use data_call::files_named;
 pub use data_call::{DataCall, DataError, DataFunction, Interpolation};
 pub use error::FormulaError;
 pub use evaluate::Formula;

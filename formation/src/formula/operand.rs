@@ -44,8 +44,7 @@ pub trait Operands {
     /// # Errors
     /// Says why there is no such curve.
     fn curve(&mut self, _: &DataCall) -> Result<Arc<Curve>, DataError> {
-        let message =
-            "there are no data files here: only formulas of a scenario's references and disturbances read any";
+        let message = "there are no data files here: formulas of references, disturbances, vehicles and laws read them";
         Err(DataError::File(message.into()))
     }
 }

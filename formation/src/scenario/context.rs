@@ -9,7 +9,7 @@ use super::model::{Surroundings, Vehicles};
 use super::topology::read_topology;
 use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
 use crate::config::{Node, PerAgent, Problem, Problems, Sort, did_you_mean, read};
-use crate::data::Library;
+use crate::data::{DataCurves, Library};
 use crate::formula::{Expression, Formula, Jet};
 use crate::math::TopologySchedule;
 use crate::vehicle::Actuator;
@@ -41,6 +41,8 @@ pub struct Context {
     pub disturbance: Vec<Disturbance>,
     /// What the agents must not run into, if there is anything.
     pub obstacles: Option<Obstacles>,
+    /// The data files of formulas in the sections of roles.
+    pub curves: DataCurves,
 }
 
 impl Context {
@@ -81,6 +83,7 @@ impl Context {
             reference: Vec::new(),
             disturbance: Vec::new(),
             obstacles: Obstacles::read(root, problems),
+            curves: DataCurves::default(),
         };
         context.compile_reference(root, vehicles.are_standard(), library, problems);
         context.compile_disturbance(root, library, problems);

@@ -19,7 +19,7 @@ use super::run_sections::{read_edges, read_groups, read_swaps};
 use super::topology::resolve_files;
 use super::{Context, Expectation, FailurePolicy, FieldRange, Overrun};
 use crate::config::{Entry, Node, Problem, Problems, Source, Table, Value, did_you_mean, read};
-use crate::data::{DataFile, DataSource, Library};
+use crate::data::{DataCurves, DataFile, DataSource, Library};
 use crate::role::Role;
 
 /// What the command line chooses: a variant and overrides `PATH=VALUE`.
@@ -176,8 +176,11 @@ impl Scenario {
         let ranges = read_ranges(&root, problems);
         let metrics = read_metric_set(&root, problems);
         let library = RefCell::new(Library::new(selection.data.clone(), read_digests(&root, problems)));
-        let context = Context::read(&root, seed, &library, problems)?;
-        let data = library.into_inner().into_files();
+        let mut context = Context::read(&root, seed, &library, problems)?;
+        let mut library = library.into_inner();
+        library.prepare(Role::ALL.into_iter().filter_map(|role| root.at(role.name())).flat_map(Node::texts));
+        let data = library.files();
+        context.curves = DataCurves::new(library);
         let (on_failure, overrun) = (FailurePolicy::read(&root, problems), read_overrun(&root, problems));
         Some(Self {
             name: name.unwrap_or_default(),

@@ -1,9 +1,10 @@
 //! From the texts of a law to its code: names become slots.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use formation::config::{FormulaText, FormulaTexts};
-use formation::formula::{Cursor, Expression, Formula, FormulaError, Operand, Operands};
+use formation::formula::{Cursor, Curve, DataCall, DataError, Expression, Formula, FormulaError, Operand, Operands};
 use formation::scenario::{AdjacencyRow, Agent, Context};
 use formation::vehicle::Vehicle;
 use formation::wiring::{Bind, Refusal, Role};
@@ -285,6 +286,10 @@ impl Operands for Reader<'_, '_, '_> {
             return Ok(Some(self.compiler.of_neighbour(reading)));
         }
         self.compiler.own(reading).map(Some).map_err(|refusal| FormulaError::new(start, refusal.to_string()))
+    }
+
+    fn curve(&mut self, call: &DataCall) -> Result<Arc<Curve>, DataError> {
+        self.compiler.context.curves.curve(call)
     }
 }
 
