@@ -56,8 +56,9 @@ impl<'a> Fields<'a> {
         match name {
             "t" => Some(Ok(Slot::Time)),
             "tracking" => {
-                let place = place(self.assembly, self.agent);
-                Some(find("state", "position").and_then(|own| Ok(Slot::Folded(Fold::Norm, own, Some(place?)))))
+                let angles = self.assembly.scenario.context.agents[self.agent].angles.clone();
+                let own = find("state", "position");
+                Some(own.and_then(|own| Ok(Slot::Tracking(own, place(self.assembly, self.agent)?, angles))))
             }
             _ => {
                 Nearest::named(name, self.assembly, self.geometry, self.agent).map(|nearest| nearest.map(Slot::Nearest))

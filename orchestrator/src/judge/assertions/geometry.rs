@@ -5,6 +5,7 @@ use std::sync::Arc;
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
+use super::slot::{Fold, on_circle};
 use super::span::Span;
 use crate::judge::metrics::norm_between;
 
@@ -18,12 +19,21 @@ pub const METRICS: [(&str, &str); 6] = [
     ("formation", "from the position relative to another agent to that of the references; the largest over the others"),
 ];
 
+/// Where an agent is, without the heading of a planar robot, and its place in the formation.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    own: Span,
+    reference: Span,
+    /// Which coordinates are angles.
+    angles: Vec<bool>,
+}
+
 /// Where all agents are and how large they are; known once for all assertions.
 pub(in crate::judge) struct Geometry {
     /// Position, without angles, and radius in m of every agent; or why that is not known.
     agents: Result<Arc<[(Span, f64)]>, String>,
-    /// Position, without angles, and place in the formation of every agent; or why that is not known.
-    places: Result<Arc<[(Span, Span)]>, String>,
+    /// The shape of the formation as it is and as it should be; or why that is not known.
+    places: Result<Arc<[Place]>, String>,
 }
 
 impl Geometry {
@@ -33,7 +43,8 @@ impl Geometry {
         let place = |agent| {
             let (own, place) = (position(assembly, agent)?, place(assembly, agent)?);
             let length = own.length.min(place.length);
-            Ok((own.first(length), place.first(length)))
+            let angles = assembly.scenario.context.agents[agent].angles.clone();
+            Ok(Place { own: own.first(length), reference: place.first(length), angles })
         };
         Self { agents: (0..count).map(agent).collect(), places: (0..count).map(place).collect() }
     }
@@ -50,8 +61,8 @@ pub(super) fn place(assembly: &Assembly, agent: usize) -> Result<Span, String> {
 pub(super) enum Nearest {
     /// From other agents, at this place in the list; less the radii of both, or not.
     Agent(usize, Arc<[(Span, f64)]>, bool),
-    /// From the shape of the formation: the agent at this place in the list, and position and place in the formation of all.
-    Shape(usize, Arc<[(Span, Span)]>),
+    /// From the shape of the formation: the agent at this place in the list, and all of them.
+    Shape(usize, Arc<[Place]>),
     /// From obstacles: own position, and of each the centre and the distance that is to be kept.
     Obstacle(Span, Vec<([f64; 2], f64)>),
 }
@@ -116,14 +127,14 @@ impl Nearest {
                 free.fold(f64::INFINITY, least)
             }
             Nearest::Shape(agent, places) => {
-                let deviation = |place: usize, k: usize| {
-                    let (own, reference) = places[place];
-                    own.of(sample)[k] - reference.of(sample)[k]
+                let deviation = |place: &Place| {
+                    let (own, reference) = (place.own.of(sample), place.reference.of(sample));
+                    own.iter().zip(reference).map(|(own, reference)| own - reference)
                 };
                 let apart = |other: usize| {
-                    let length = places[*agent].0.length.min(places[other].0.length);
-                    let square = |k: usize| (deviation(*agent, k) - deviation(other, k)).powi(2);
-                    (0..length).map(square).sum::<f64>().sqrt()
+                    let (here, there) = (&places[*agent], &places[other]);
+                    let differences = deviation(here).zip(deviation(there)).map(|(here, there)| here - there);
+                    Fold::Norm.of(on_circle(differences, &here.angles))
                 };
                 (0..places.len()).filter(|other| other != agent).map(apart).fold(0.0, f64::max)
             }

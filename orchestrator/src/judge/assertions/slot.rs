@@ -1,5 +1,6 @@
 //! What fills the slots of a formula at every step.
 
+use formation::math::wrap;
 use lockstep::ChannelId;
 
 use super::geometry::Nearest;
@@ -21,13 +22,15 @@ pub(super) enum Slot {
     Word(Span),
     Folded(Fold, Span, Option<Span>),
     Nearest(Nearest),
+    /// The distance from the position of the agent to its place in the formation, and which coordinates are angles.
+    Tracking(Span, Span, Vec<bool>),
 }
 
 impl Fold {
     pub(super) const ALL: [(&str, Fold); 4] =
         [("norm", Fold::Norm), ("peak", Fold::Peak), ("largest", Fold::Largest), ("smallest", Fold::Smallest)];
 
-    fn of(self, values: impl Iterator<Item = f64>) -> f64 {
+    pub(super) fn of(self, values: impl Iterator<Item = f64>) -> f64 {
         match self {
             Fold::Norm => values.map(|value| value * value).sum::<f64>().sqrt(),
             Fold::Peak => values.fold(0.0, |peak, value| peak.max(value.abs())),
@@ -48,6 +51,32 @@ impl Slot {
                 fold.of(span.of(sample).iter().zip(less.of(sample)).map(|(a, b)| a - b))
             }
             Slot::Nearest(nearest) => nearest.value(sample),
+            Slot::Tracking(own, place, angles) => {
+                let difference = own.of(sample).iter().zip(place.of(sample)).map(|(own, place)| own - place);
+                Fold::Norm.of(on_circle(difference, angles))
+            }
         }
+    }
+}
+
+/// Differences of coordinates, those of angles (none beyond the end of `angles`) taken on the circle.
+pub(super) fn on_circle(differences: impl Iterator<Item = f64>, angles: &[bool]) -> impl Iterator<Item = f64> {
+    let is_angle = angles.iter().copied().chain(std::iter::repeat(false));
+    differences.zip(is_angle).map(|(difference, is_angle)| if is_angle { wrap(difference) } else { difference })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_whole_turn_is_no_difference_of_angles() {
+        let tracking = Slot::Tracking(Span::of_test(0, 2), Span::of_test(2, 2), vec![false, true]);
+        fn of<'a>(samples: &'a [f64; 4]) -> impl Fn(ChannelId) -> &'a [f64] {
+            move |_| samples
+        }
+        assert!((tracking.value(0.0, &of(&[3.0, TAU + 0.5, 0.0, 0.5])) - 3.0).abs() < 1e-12);
+        assert!((tracking.value(0.0, &of(&[TAU, 0.5, 0.0, 0.5])) - TAU).abs() < 1e-12);
     }
 }

@@ -48,6 +48,12 @@ impl Span {
         Self { offset: self.offset + first, length: end - first, ..self }
     }
 
+    /// Words of the first channel.
+    #[cfg(test)]
+    pub(super) fn of_test(offset: usize, length: usize) -> Self {
+        Self { channel: ChannelId(0), offset, length }
+    }
+
     /// Its words in this step.
     pub(super) fn of<'s>(&self, sample: &impl Fn(ChannelId) -> &'s [f64]) -> &'s [f64] {
         &sample(self.channel)[self.offset..self.offset + self.length]

@@ -86,7 +86,7 @@ impl Verdict {
         let counts = self.counts();
         if let Some(reason) = &self.not_held {
             let what = match (counts.judged() > 0, counts.is_published()) {
-                (false, false) => return "There are no regression ranges for this variant.\n".into(),
+                (false, false) => return format!("{NO_RANGES}\n"),
                 (_, false) => "regression ranges",
                 (false, true) => "the thesis",
                 (true, true) => "the thesis or the regression ranges",
@@ -125,10 +125,12 @@ impl Verdict {
     }
 }
 
+const NO_RANGES: &str = "There are no regression ranges: no [expect] in the scenario.";
+
 fn regression(counts: Counts) -> String {
     let judged = counts.judged();
     match (judged, counts.outside) {
-        (0, _) => "There are no regression ranges for this variant.".into(),
+        (0, _) => NO_RANGES.into(),
         (1, 0) => "Regression: the value is in its range, as in the reference implementation.".into(),
         (_, 0) => format!("Regression: all {judged} values are in range, as in the reference implementation."),
         (_, outside) => format!("Regression: {outside} of {} are outside their ranges.", counted(judged, "value")),

@@ -140,10 +140,10 @@ fn not_started(mut report: Report, first: TestRun, patience: Duration) -> Result
 fn refusals(report: &mut Report, setup: &ReplaySetup, words: &[String], folder: &Path) -> Result<(), Failure> {
     let patience = setup.start_timeout;
     let alone = run_standalone(words, None, folder, patience)?;
-    report.judge("alone", alone.refused(), alone.describe(patience));
+    report.judge("alone", alone.refused(), alone.describe());
     wrong_plan(setup, folder)?;
     let plan = run_standalone(words, Some(folder), folder, patience)?;
-    report.judge("plan", plan.refused(), plan.describe(patience));
+    report.judge("plan", plan.refused(), plan.describe());
     let network = other_signals(&setup.assembly.network, setup.only);
     let other = test_run(&ReplaySetup { network: &network, ..*setup }, words, Some(0), folder)?;
     match &other.stopped {

@@ -26,8 +26,10 @@ pub(super) struct StandaloneRun {
     pub(super) end: Option<End>,
     /// How what it printed begins.
     pub(super) printed: String,
+    /// How long it was waited for.
+    lasted: Duration,
     /// Processor time that it used, if it had to be ended.
-    pub(super) computed: Duration,
+    computed: Duration,
 }
 
 impl StandaloneRun {
@@ -38,12 +40,12 @@ impl StandaloneRun {
     }
 
     /// What it did, in words.
-    pub(super) fn describe(&self, patience: Duration) -> String {
+    pub(super) fn describe(&self) -> String {
         let first = self.printed.trim().lines().next().unwrap_or_default();
         match &self.end {
             None => format!(
                 "it does not end; killed after {:.1} s, of which it computed for {:.1} s",
-                patience.as_secs_f64(),
+                self.lasted.as_secs_f64(),
                 self.computed.as_secs_f64()
             ),
             Some(end) if first.is_empty() => format!("{}, without a word", end.describe()),
@@ -74,15 +76,21 @@ pub(super) fn run_standalone(
         Ok(child) => child,
         Err(error) => {
             let end = End { not_started: Some(error.to_string()), ..End::default() };
-            return Ok(StandaloneRun { end: Some(end), printed: String::new(), computed: Duration::ZERO });
+            return Ok(StandaloneRun {
+                end: Some(end),
+                printed: String::new(),
+                lasted: Duration::ZERO,
+                computed: Duration::ZERO,
+            });
         }
     };
-    let (pid, start) = (Pid::from_child(&child), Instant::now());
+    let (pid, mut waiting) = (Pid::from_child(&child), Waiting::new(patience));
     let mut end = None;
-    while end.is_none() && start.elapsed() < patience {
+    while end.is_none() && waiting.goes_on(&|| processor_time(child.id())) {
         thread::sleep(Duration::from_millis(5));
         end = child.try_wait().map_err(Failure::system("wait for a program"))?.map(End::of);
     }
+    let lasted = waiting.start.elapsed();
     let mut computed = Duration::ZERO;
     if end.is_none() {
         computed = processor_time(child.id());
@@ -93,7 +101,47 @@ pub(super) fn run_standalone(
     let mut printed = Vec::new();
     File::open(&path).and_then(|file| file.take(SHOWN).read_to_end(&mut printed)).map_err(failed())?;
     let printed = String::from_utf8_lossy(&printed).into_owned();
-    Ok(StandaloneRun { end, printed, computed })
+    Ok(StandaloneRun { end, printed, lasted, computed })
+}
+
+/// For how long a program is waited for: as long as it was said, and on a busy machine until it has computed for half of that, as
+/// long as it computes at all.
+struct Waiting {
+    patience: Duration,
+    start: Instant,
+    /// When the processor time was looked at last, and what it was.
+    seen: (Instant, Duration),
+}
+
+impl Waiting {
+    /// Most multiples of the patience.
+    const MOST: u32 = 6;
+    /// How long a program may rest once the patience is over.
+    const REST: Duration = Duration::from_secs(1);
+
+    fn new(patience: Duration) -> Self {
+        let start = Instant::now();
+        Self { patience, start, seen: (start, Duration::ZERO) }
+    }
+
+    fn goes_on(&mut self, computed: &dyn Fn() -> Duration) -> bool {
+        let lasted = self.start.elapsed();
+        if lasted < self.patience {
+            if self.seen.0.elapsed() >= Self::REST {
+                self.seen = (Instant::now(), computed());
+            }
+            return true;
+        }
+        let now = computed();
+        if now * 2 >= self.patience || lasted >= self.patience * Self::MOST {
+            return false;
+        }
+        if self.seen.0.elapsed() < Self::REST {
+            return true;
+        }
+        let before = std::mem::replace(&mut self.seen, (Instant::now(), now)).1;
+        now > before
+    }
 }
 
 /// What the kernel counts for a process; nothing if it does not tell.
