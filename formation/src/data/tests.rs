@@ -241,7 +241,7 @@ fn a_file_is_read_once_and_must_be_the_one_that_is_meant() {
     for _ in 0..3 {
         compiled("table('d.csv', 'x', t) + table('d.csv', 'y', t)", &mut library).unwrap();
     }
-    let files = library.into_files();
+    let files = library.files();
     assert_eq!(files.len(), 1, "the other one is not used");
     assert_eq!((files[0].path.as_str(), &*files[0].bytes, files[0].digest.len()), ("d.csv", STEPS.as_bytes(), 64));
 

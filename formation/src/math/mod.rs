@@ -6,6 +6,7 @@ mod differentiator;
 mod graph;
 mod integrate;
 mod lp;
+mod philox;
 mod potential;
 mod power;
 mod projection;
@@ -19,6 +20,7 @@ pub use graph::{
 };
 pub use integrate::{Integrator, Method, Rk4};
 pub use lp::regulate;
+pub use philox::{RandomStream, philox};
 pub use potential::PotentialField;
 pub use power::{sig, sig_vector, sign, sign_vector};
 pub use projection::{Projection, clip, clip_vector};
