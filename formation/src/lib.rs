@@ -3,6 +3,7 @@
 
 pub mod config;
 pub mod data;
+pub mod effects;
 pub mod formula;
 pub mod math;
 pub mod networks;

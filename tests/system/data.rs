@@ -183,3 +183,28 @@ signals.gain = 'table("gain.csv", "k", t, "hold")'
     let end = folder.run(&["validate", "law.toml"]);
     assert!(end.code() == 2 && end.stderr().contains("law.u") && end.stderr().contains("gain.csv"), "{}", end.stderr());
 }
+
+#[test]
+fn a_log_is_a_data_file() {
+    let folder = Folder::new();
+    let end = folder.run(&["run", "triangle", "--duration", "2", "--out", "before.mcap", "-q", "--no-check"]);
+    assert_eq!(end.code(), 0, "{}", end.stderr());
+    let scenario = SCENARIO.replace("figure8.csv\", \"x\"", "before.mcap\", \"/agent_1/state.position[0]\"");
+    files(&folder);
+    folder.write("files.toml", &scenario);
+    let end = folder.run(&["run", "files.toml", "--out", "after.mcap", "-q", "--duration", "2"]);
+    assert_eq!(end.code(), 0, "{}", end.stderr());
+
+    let open = |log: &str| recording::Log::open(&folder.path(log)).expect("a log");
+    let (before, after) = (open("before.mcap"), open("after.mcap"));
+    let (state, reference) =
+        (before.signal("/agent_1/state", "position"), after.signal("/agent_2/reference", "position"));
+    let (state, reference) = (state.expect("a state"), reference.expect("a reference"));
+    for row in [0, 37, 200] {
+        assert!((state.row(row)[0] - reference.row(row)[0]).abs() < 1e-12, "row {row}");
+    }
+
+    folder.write("files.toml", &scenario.replace("state.position[0]", "state.positoin[0]"));
+    let end = folder.run(&["validate", "files.toml"]);
+    assert!(end.code() == 2 && end.stderr().contains("did you mean `position`?"), "{}", end.stderr());
+}

@@ -15,6 +15,7 @@ mod interface;
 mod jobs;
 mod keys;
 mod limits;
+mod links;
 mod logs;
 mod look;
 #[cfg(feature = "long-tests")]

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lockstep::sha256;
 
 use super::DataSource;
 use super::csv::Csv;
 use super::source::file_name;
-use super::{minimum_jerk, pieces, spline};
+use super::{bag, minimum_jerk, pieces, spline};
 use crate::formula::{
     Cursor, Curve, DataCall, DataError, DataFunction, FormulaError, Interpolation, Operands, files_named,
 };
@@ -55,9 +55,33 @@ impl Library {
 
     /// Reads the files that the formulas in these texts name, for those who compile them later. An error stays with its file.
     pub(crate) fn prepare<'a>(&mut self, texts: impl IntoIterator<Item = &'a str>) {
-        for path in texts.into_iter().flat_map(files_named) {
+        self.prepare_files(texts.into_iter().flat_map(files_named));
+    }
+
+    /// Reads these files, for those who need a column of one later.
+    pub(crate) fn prepare_files<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
+        for path in paths {
             _ = self.file(path);
         }
+    }
+
+    /// The numbers in a column of a file.
+    fn column(&mut self, path: &str, column: &str) -> Result<Vec<f64>, DataError> {
+        let file = self.file(path).map_err(DataError::File)?;
+        let named = |what: String| format!("{path}: {what}");
+        let read = || {
+            if bag::is_mcap(&file.bytes) {
+                return bag::series(&file.bytes, column).map(|(_, values)| values);
+            }
+            let csv = Csv::read(&file.bytes).map_err(DataError::File)?;
+            let [numbers] = csv.columns([csv.place(column).map_err(DataError::Column)?]).map_err(DataError::File)?;
+            if numbers.is_empty() {
+                Err(DataError::File("expected rows of numbers, found none".into()))
+            } else {
+                Ok(numbers)
+            }
+        };
+        read().map_err(|error| error.map(named))
     }
 
     fn file(&mut self, path: &str) -> Result<DataFile, String> {
@@ -68,11 +92,7 @@ impl Library {
     fn make(&mut self, call: &DataCall) -> Result<Curve, DataError> {
         let file = self.file(call.file).map_err(DataError::File)?;
         let named = |what: String| format!("{}: {what}", call.file);
-        let csv = Csv::read(&file.bytes).map_err(|what| DataError::File(named(what)))?;
-        curve(&csv, call).map_err(|error| match error {
-            DataError::File(what) => DataError::File(named(what)),
-            DataError::Column(what) => DataError::Column(named(what)),
-        })
+        curve(&file.bytes, call).map_err(|error| error.map(named))
     }
 }
 
@@ -108,8 +128,20 @@ impl DataCurves {
     /// # Errors
     /// Says why there is no such curve.
     pub fn curve(&self, call: &DataCall) -> Result<Arc<Curve>, DataError> {
+        self.library().curve(call)
+    }
+
+    /// The numbers in a column of a data file, at least one.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file or the column.
+    pub(crate) fn column(&self, file: &str, column: &str) -> Result<Vec<f64>, DataError> {
+        self.library().column(file, column)
+    }
+
+    fn library(&self) -> MutexGuard<'_, Library> {
         // A panic in between leaves no half-made curve.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).curve(call)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -125,20 +157,30 @@ fn read(source: &DataSource, path: &str, expected: Option<&str>) -> Result<DataF
     }
 }
 
-/// The curve that a call asks for. Errors do not name the file.
-fn curve(csv: &Csv, call: &DataCall) -> Result<Curve, DataError> {
-    if call.function == DataFunction::Trajectory && pieces::are_in(csv) {
+/// The curve that a call asks for of the file with this content. Errors do not name the file.
+fn curve(bytes: &[u8], call: &DataCall) -> Result<Curve, DataError> {
+    if bag::is_mcap(bytes) {
+        let (x, y) = bag::series(bytes, call.column)?;
+        return Ok(through(x, &y, call.function));
+    }
+    let csv = Csv::read(bytes).map_err(DataError::File)?;
+    if call.function == DataFunction::Trajectory && pieces::are_in(&csv) {
         csv.place(&format!("{}^0", call.column)).map_err(DataError::Column)?;
-        return pieces::read(csv, call.column).map_err(DataError::File);
+        return pieces::read(&csv, call.column).map_err(DataError::File);
     }
     let place = csv.place(call.column).map_err(DataError::Column)?;
-    let (x, y) = points(csv, place).map_err(DataError::File)?;
-    Ok(match call.function {
-        DataFunction::Trajectory => minimum_jerk::minimum_jerk(x, &y),
-        DataFunction::Table(Interpolation::Hold) => spline::hold(x, &y),
-        DataFunction::Table(Interpolation::Linear) => spline::linear(x, &y),
-        DataFunction::Table(Interpolation::Cubic) => spline::cubic(x, &y),
-    })
+    let (x, y) = points(&csv, place).map_err(DataError::File)?;
+    Ok(through(x, &y, call.function))
+}
+
+/// The curve through these points, at least two.
+fn through(x: Vec<f64>, y: &[f64], function: DataFunction) -> Curve {
+    match function {
+        DataFunction::Trajectory => minimum_jerk::minimum_jerk(x, y),
+        DataFunction::Table(Interpolation::Hold) => spline::hold(x, y),
+        DataFunction::Table(Interpolation::Linear) => spline::linear(x, y),
+        DataFunction::Table(Interpolation::Cubic) => spline::cubic(x, y),
+    }
 }
 
 /// The first column, which must increase, and the one at this place.

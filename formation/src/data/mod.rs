@@ -1,7 +1,7 @@
-//! Data files of formulas: `table("wind.csv", "vx", t)`, `trajectory("way.csv", "x", t)`.
+//! Data files of formulas: `table("wind.csv", "vx", t)`, `trajectory("way.csv", "x", t)`, `table("flight.mcap", "/cmd_vel.linear.x", t)`.
 //!
 //! A file is a table of numbers as text, with the names of its columns in the first line, and `,`, `;` or tabs between them. The
-//! first column must increase.
+//! first column must increase. Or it is an MCAP file, and a column is a field of a topic in it.
 //!
 //! | call | curve |
 //! |---|---|
@@ -16,6 +16,7 @@
 //! [`DataSource`] says where their bytes come from: beside a scenario file, in a run directory, or in a log. `Library` reads each
 //! file and makes each curve once for all formulas of a scenario, and knows which files were read.
 
+mod bag;
 mod csv;
 mod library;
 mod minimum_jerk;

@@ -41,6 +41,16 @@ pub enum DataError {
     Column(String),
 }
 
+impl DataError {
+    /// The same reason in other words.
+    pub(crate) fn map(self, words: impl FnOnce(String) -> String) -> Self {
+        match self {
+            Self::File(what) => Self::File(words(what)),
+            Self::Column(what) => Self::Column(words(what)),
+        }
+    }
+}
+
 impl Interpolation {
     /// All of them by their names.
     pub(super) const ALL: [(&'static str, Self); 3] =

@@ -36,9 +36,9 @@ impl RandomStream {
     /// The numbers of the object of this name in a run with this seed.
     pub fn new(seed: u64, object: &str) -> Self {
         // FNV-1a (Fowler, Noll and Vo), 64 bits.
-        let hash = object.bytes().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3)
-        });
+        let hash = object
+            .bytes()
+            .fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3));
         Self { key: halves(seed), object: halves(hash) }
     }
 

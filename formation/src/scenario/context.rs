@@ -7,7 +7,7 @@ use super::agents::read_agents;
 use super::formulas::Formulas;
 use super::model::{Surroundings, Vehicles};
 use super::topology::read_topology;
-use super::{Agent, Disturbance, Obstacles, Proximity, Timing};
+use super::{ACTUATORS, Agent, Disturbance, Instruments, Links, Obstacles, Proximity, SENSORS, Timing};
 use crate::config::{Node, PerAgent, Problem, Problems, Sort, did_you_mean, read};
 use crate::data::{DataCurves, Library};
 use crate::formula::{Expression, Formula, Jet};
@@ -41,6 +41,12 @@ pub struct Context {
     pub disturbance: Vec<Disturbance>,
     /// What the agents must not run into, if there is anything.
     pub obstacles: Option<Obstacles>,
+    /// What observers and controllers see of the plant, if it is not what it publishes.
+    pub sensors: Option<Instruments>,
+    /// What becomes of the commands on their way to the plant, if they do not stay as they are.
+    pub actuators: Option<Instruments>,
+    /// What agents receive of each other, if it is not what the others publish.
+    pub links: Option<Links>,
     /// The data files of formulas in the sections of roles.
     pub curves: DataCurves,
 }
@@ -83,8 +89,15 @@ impl Context {
             reference: Vec::new(),
             disturbance: Vec::new(),
             obstacles: Obstacles::read(root, problems),
+            sensors: None,
+            actuators: None,
+            links: None,
             curves: DataCurves::default(),
         };
+        let ids: Vec<u32> = context.agents.iter().map(|agent| agent.id).collect();
+        context.sensors = Instruments::read(root, SENSORS, &ids, problems);
+        context.actuators = Instruments::read(root, ACTUATORS, &ids, problems);
+        context.links = Links::read(root, &ids, library, problems);
         context.compile_reference(root, vehicles.are_standard(), library, problems);
         context.compile_disturbance(root, library, problems);
         Some(context)

@@ -17,7 +17,7 @@ use super::model::{NamedVehicles, vehicle_schema};
 use super::realtime::RealtimeSection;
 use super::run_sections::PlacementSection;
 use super::topology::TopologySection;
-use super::{Expectation, Obstacles, Timing, schema};
+use super::{Expectation, Obstacles, Timing, instruments, links, schema};
 
 /// All sections of a scenario file, in the order of its documentation. Each may be missing here; what a run needs is required
 /// where it is read.
@@ -53,6 +53,12 @@ pub(super) struct RawScenario {
     vehicles: Option<Elsewhere>,
     #[schemars(with = "TopologySection")]
     topology: Option<Elsewhere>,
+    #[schemars(schema_with = "links::schema")]
+    links: Option<Elsewhere>,
+    #[schemars(schema_with = "instruments::sensors_schema")]
+    sensors: Option<Elsewhere>,
+    #[schemars(schema_with = "instruments::actuators_schema")]
+    actuators: Option<Elsewhere>,
     #[schemars(schema_with = "schema::reference")]
     reference: Option<Elsewhere>,
     #[schemars(schema_with = "schema::disturbance")]

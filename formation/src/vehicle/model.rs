@@ -52,6 +52,8 @@ pub struct Model {
     pub outputs: Vec<ModelOutput>,
     /// Which states are angles.
     pub angles: Vec<bool>,
+    /// The states that the coordinates of the position are; empty if it has other formulas.
+    pub position_states: Vec<usize>,
     /// Which coordinates of the position are angles.
     pub position_angles: Vec<bool>,
     /// Units of the position and of the velocity.

@@ -4,6 +4,8 @@ use lockstep::{Channel, Layout, LoopError, Network, Node, Participant};
 use std::borrow::Cow;
 
 use super::components::read_components;
+use super::instruments::{self, InstrumentNode};
+use super::links::{self, LinkNode};
 use super::named_participants::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::node_role::NodeRole;
 use super::present::add_variants_with;
@@ -91,8 +93,12 @@ pub struct Assembly {
     pub scenario: Scenario,
     /// The step graph.
     pub network: Network,
-    /// Role and agents of every node of the network.
+    /// Role and agents of the nodes of the network. Those of sensors, actuators and links stand behind
+    /// them in the network, and have none.
     pub nodes: Vec<NodeRole>,
+    /// The nodes of the network behind those of roles: sensors, actuators, and then links.
+    instruments: Vec<InstrumentNode>,
+    links: Vec<LinkNode>,
     signals: Signals,
     components: Vec<(Role, Kind, Box<dyn Component>)>,
     /// The roles whose only node serves all agents.
@@ -142,6 +148,8 @@ impl Assembly {
             network: Network { channels: signals.channels.clone(), nodes: Vec::new() },
             serving_all,
             nodes,
+            instruments: Vec::new(),
+            links: Vec::new(),
             signals,
             components,
         };
@@ -151,7 +159,20 @@ impl Assembly {
 
     /// Builds the participants of these nodes, in this order.
     pub fn participants(&self, nodes: &[usize]) -> Result<Vec<Box<dyn Participant>>, Vec<Problem>> {
-        nodes.iter().map(|&node| self.build(node).map(|(_, participant)| participant)).collect()
+        nodes.iter().map(|&node| self.participant(node)).collect()
+    }
+
+    fn participant(&self, node: usize) -> Result<Box<dyn Participant>, Vec<Problem>> {
+        match node.checked_sub(self.nodes.len()) {
+            None => self.build(node).map(|(_, participant)| participant),
+            Some(place) => match self.instruments.get(place) {
+                Some(instruments) => instruments.build(&self.scenario, &self.signals),
+                None => {
+                    let links = &self.links[place - self.instruments.len()];
+                    Ok(Box::new(links.build(&self.scenario, &self.signals, &self.network.nodes[node])?))
+                }
+            },
+        }
     }
 
     /// The effective scenario with the defaults of all parameters of its components, for the processes of a run.
@@ -196,6 +217,13 @@ impl Assembly {
         check_groups(&self.scenario, &self.network)?;
         check_failure_policy(&self.scenario, &self.network)?;
         check_swaps(&self.scenario, &self.network, &self.nodes)?;
+        let mut ids = self.signals.ids.clone();
+        let (scenario, signals) = (&self.scenario, &self.signals);
+        self.instruments = instruments::insert(scenario, signals, &self.nodes, &mut self.network, &mut ids)?;
+        self.links = links::insert(scenario, signals, &self.nodes, &mut self.network, &ids)?;
+        for index in self.nodes.len()..self.network.nodes.len() {
+            starters.push((index, self.participant(index)?));
+        }
         let dt = self.scenario.context.timing.dt;
         let begun = lockstep::initial::set(&mut self.network, starters, dt);
         begun.map_err(|error| vec![self.of_loop(&error)])
@@ -269,7 +297,8 @@ fn declare(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)])
             ids.push(Some((*role, agent)));
         }
     }
-    Signals::new(channels, ids)
+    let carries = scenario.context.links.as_ref().map(|links| links.carries.clone()).unwrap_or_default();
+    Signals::new(channels, ids).with_links(carries)
 }
 
 fn node_roles(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Vec<NodeRole> {

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use lockstep::{Channel, ChannelId, In, Input, Layout, Node, Out, Slice, Timing};
 
 use super::Role;
+use super::instruments::original;
+use super::links::{carried, reads_over_links};
 use super::unbound::Bound;
+use crate::effects::LINK_FIELDS;
 
 /// Why a component cannot be used here.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -32,6 +35,10 @@ pub struct Signals {
     pub(super) ids: Vec<Option<(Role, usize)>>,
     /// The same the other way round.
     places: BTreeMap<(Role, usize), ChannelId>,
+    /// The roles whose signals other agents receive over links.
+    linked: Vec<Role>,
+    /// The channel for which each channel of a sensor, an actuator or a link stands.
+    sources: BTreeMap<ChannelId, ChannelId>,
 }
 
 impl Signals {
@@ -39,7 +46,30 @@ impl Signals {
     pub(super) fn new(channels: Vec<Channel>, ids: Vec<Option<(Role, usize)>>) -> Self {
         let known = ids.iter().enumerate().filter_map(|(channel, id)| Some(((*id)?, ChannelId(channel))));
         let places = known.collect();
-        Self { channels, ids, places }
+        Self { channels, ids, places, linked: Vec::new(), sources: BTreeMap::new() }
+    }
+
+    /// The same, with links that are not among the channels yet and carry the signals of these roles.
+    pub(super) fn with_links(self, linked: Vec<Role>) -> Self {
+        Self { linked, ..self }
+    }
+
+    /// The same, with the links that are among the channels.
+    pub(super) fn with_sources(self) -> Self {
+        let by_topic: BTreeMap<&str, usize> =
+            self.channels.iter().zip(0..).map(|(channel, place)| (channel.topic.as_str(), place)).collect();
+        let source = |topic: &str| {
+            let stands_for = carried(topic).or_else(|| original(topic))?;
+            by_topic.get(stands_for.as_str()).map(|source| ChannelId(*source))
+        };
+        let known = self.channels.iter().enumerate();
+        let sources = known.filter_map(|(place, channel)| Some((ChannelId(place), source(&channel.topic)?))).collect();
+        Self { sources, ..self }
+    }
+
+    /// The channel for which this one stands, or itself.
+    fn source(&self, channel: ChannelId) -> ChannelId {
+        self.sources.get(&channel).copied().unwrap_or(channel)
     }
 
     /// The channel on which `role` publishes for `agent` (from 0).
@@ -96,7 +126,9 @@ impl<'a> Bind<'a> {
         outputs: Vec<ChannelId>,
         fixed: bool,
     ) -> Self {
-        let input_ports = inputs.iter().map(key).zip(0..).collect();
+        // A link, a sensor or an actuator stands for another channel.
+        let source = |input: &Input| Input { channel: signals.source(input.channel), ..*input };
+        let input_ports = inputs.iter().map(|input| key(&source(input))).zip(0..).collect();
         let output_ports = outputs.iter().copied().zip(0..).collect();
         Self { signals, role, component, inputs, outputs, input_ports, output_ports, fixed, bound: Bound::default() }
     }
@@ -142,10 +174,11 @@ impl<'a> Bind<'a> {
         self.signals.find(role, agent).is_some_and(|channel| self.signals.layout(channel).find(name).is_some())
     }
 
-    /// Number of values of the signal called `name` that `role` publishes for `agent`.
+    /// Number of values of the signal called `name` that `role` publishes for `agent`, or that tells about the link to it.
     pub fn length(&self, role: Role, agent: usize, name: &str) -> Option<usize> {
         let channel = self.signals.find(role, agent)?;
-        self.signals.layout(channel).find(name).map(|(_, length)| length)
+        let field = self.signals.layout(channel).find(name).map(|(_, length)| length);
+        field.or_else(|| self.about_link(role, agent, channel, name).map(|_| 1))
     }
 
     /// The signals that `role` publishes for `agent`, in words: `one of position (2), x (1)`, or that there are none.
@@ -308,7 +341,8 @@ impl<'a> Bind<'a> {
         let Some(channel) = self.signals.find(role, agent) else {
             return Err(Refusal(format!("{}, but this scenario has no {role} there", needs())));
         };
-        let Some(offset) = self.offset(channel, name, length) else {
+        let about_link = || self.about_link(role, agent, channel, name).filter(|_| length == 1);
+        let Some(offset) = self.offset(channel, name, length).or_else(about_link) else {
             return Err(Refusal(format!("{}, which offers only {}", needs(), offered(self.signals.layout(channel)))));
         };
         let input = Input { channel, timing };
@@ -328,6 +362,21 @@ impl<'a> Bind<'a> {
                 Ok((self.inputs.len() - 1, offset))
             }
         }
+    }
+
+    /// Where a number about the link stands over which `channel` is read, behind the numbers of the channel.
+    fn about_link(&self, role: Role, agent: usize, channel: ChannelId, name: &str) -> Option<usize> {
+        let place = LINK_FIELDS.iter().position(|(known, _)| *known == name)?;
+        let is_linked = if self.fixed {
+            let ports = [true, false].into_iter().filter_map(|delayed| self.input_ports.get(&(channel, delayed)));
+            ports
+                .map(|port| self.inputs[*port].channel.0)
+                .any(|input| carried(&self.signals.channels[input].topic).is_some())
+        } else {
+            let is_own = self.outputs.iter().any(|output| self.signals.ids[output.0] == Some((self.role, agent)));
+            reads_over_links(self.role) && !is_own && self.signals.linked.contains(&role)
+        };
+        is_linked.then(|| self.signals.layout(channel).words() + place)
     }
 
     fn offset(&self, channel: ChannelId, name: &str, length: usize) -> Option<usize> {

@@ -236,10 +236,10 @@ fn agents_of(scenario: &Scenario, role: Role, name: &str) -> Result<Vec<usize>, 
 
 fn signals_of(network: &Network) -> Signals {
     let owner = |topic: &str| {
-        let role = Role::ALL.into_iter().find(|role| topic.ends_with(&format!("/{}", role.channel())))?;
-        let number = topic.strip_prefix("/agent_")?.split('/').next()?.parse::<usize>().ok()?;
-        Some((role, number.checked_sub(1)?))
+        let (number, name) = topic.strip_prefix("/agent_")?.split_once('/')?;
+        let role = Role::ALL.into_iter().find(|role| name == role.channel())?;
+        Some((role, number.parse::<usize>().ok()?.checked_sub(1)?))
     };
     let ids = network.channels.iter().map(|channel| owner(&channel.topic)).collect();
-    Signals::new(network.channels.clone(), ids)
+    Signals::new(network.channels.clone(), ids).with_sources()
 }

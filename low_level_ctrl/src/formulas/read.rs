@@ -42,6 +42,8 @@ struct Reading {
 struct Compiler<'a, 'b> {
     context: &'a Context,
     agent: usize,
+    /// A neighbour, whose signals are those of all.
+    example: usize,
     bind: &'a mut Bind<'b>,
     /// Number of slots so far. Slot 0 is the time, slots 1 and 2 are a_ij and j, slot 3 is b_i.
     slots: usize,
@@ -65,6 +67,7 @@ impl Program {
         let mut compiler = Compiler {
             context,
             agent,
+            example: heard.first().copied().unwrap_or(agent),
             bind,
             slots: REFERENCE_WEIGHT + 1,
             own: Vec::new(),
@@ -266,7 +269,7 @@ impl Operands for Reader<'_, '_, '_> {
         } else {
             stem.to_string()
         };
-        let agent = self.compiler.agent;
+        let agent = if of_neighbour { self.compiler.example } else { self.compiler.agent };
         let Some(length) = self.compiler.bind.length(role, agent, &signal) else {
             // A mere name may be unknown for other reasons, which are said elsewhere.
             return match source {

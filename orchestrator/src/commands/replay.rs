@@ -76,9 +76,10 @@ pub(crate) fn replay(catalog: &Catalog, args: &ReplayArgs) -> Result<(), Failure
         Some(text) if is_builtin(text, &node, &names)? => None,
         Some(text) => Some(swap_of(text, &node, &assembly)?),
     };
-    if swap.is_none() {
-        let role = assembly.nodes[names.iter().position(|name| *name == node).unwrap_or_default()].role;
-        refuse_external(&assembly, role, &node)?;
+    // Links have no role.
+    let place = names.iter().position(|name| *name == node).and_then(|place| assembly.nodes.get(place));
+    if let (None, Some(place)) = (&swap, place) {
+        refuse_external(&assembly, place.role, &node)?;
     }
     let player = swap.as_ref().and_then(|swap| Player::of(swap, 0));
     remark_on_changes(&played, player.as_ref());

@@ -45,7 +45,9 @@ impl Placement {
             groups.rev().flat_map(|(group, names)| names.iter().map(move |name| (name, group))).collect();
         let mut workers: Vec<WorkerPlan> = Vec::new();
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
-        for (index, (node, role)) in assembly.network.nodes.iter().zip(&assembly.nodes).enumerate() {
+        for (index, node) in assembly.network.nodes.iter().enumerate() {
+            // Sensors, actuators and links have no agents, and are one process together.
+            let agents = assembly.nodes.get(index).map(|place| place.agents.as_slice());
             let swapped = swaps.iter().find(|swap| swap.node == node.name);
             // The process of several is called like the first of them.
             let first = swapped.and_then(|swap| swap.shared).and_then(|shared| {
@@ -55,11 +57,12 @@ impl Placement {
                 assembly.network.nodes.iter().find(name)
             });
             let group = group_of.get(&node.name);
-            let name = match (self, role.agents.as_slice(), group) {
+            let name = match (self, agents.unwrap_or_default(), group) {
                 _ if swapped.is_some() => first.unwrap_or(node).name.clone(),
                 (Self::Single, ..) => "all".to_string(),
                 (Self::Agents, [agent], _) if node.name.contains('_') => format!("agent_{}", agent + 1),
                 (Self::Groups, _, Some(group)) => format!("group_{}", group + 1),
+                _ if agents.is_none() => "effects".to_string(),
                 _ => node.name.clone(),
             };
             let place = *places.entry(name).or_insert_with_key(|name| {

@@ -86,6 +86,7 @@ impl Description {
             kind: self.kind.clone(),
             limits: self.inputs.iter().map(|input| input.limits).collect(),
             units: self.units(plain.as_deref(), &leading),
+            position_states: plain.clone().unwrap_or_default(),
             position_angles: plain.iter().flatten().map(|&state| self.angles[state]).collect(),
             leading: (0..states.len()).map(|state| leading.contains(&state)).collect(),
             angles: self.angles.clone(),
