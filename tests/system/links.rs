@@ -200,7 +200,7 @@ fn mistakes_have_their_place() {
         ("trigger = \"norm(x) > \"", "links.trigger"),
         ("trigger = \"sent.z > 1\"", "expected a signal of the sender"),
         ("missing = \"last\"", "links.missing"),
-        ("\"2 > 3\" = { delay = 0.1 }", "links.2 > 3"),
+        ("\"2 > 3\" = { delay = 0.1 }", "links.\"2 > 3\": unknown field"),
         ("\"2 -> x\" = { delay = 0.1 }", "expected links such as \"2 -> 5\""),
         ("\"2 -> 9\" = { delay = 0.1 }", "there is no agent 9, only 1-4"),
         ("\"1 -> 2\" = { delay = -1 }", "links.delay: expected a time >= 0 s, found -1"),

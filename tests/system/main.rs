@@ -16,6 +16,7 @@ mod jobs;
 mod keys;
 mod limits;
 mod links;
+mod literature;
 mod logs;
 mod look;
 #[cfg(feature = "long-tests")]

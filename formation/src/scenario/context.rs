@@ -74,7 +74,7 @@ impl Context {
         for (field, message) in actuator.iter().flat_map(|actuator| actuator.bouc_wen.findings()) {
             problems.at(root, &format!("vehicle.actuator.bouc_wen.{field}"), message);
         }
-        let agents = read_agents(Surroundings { root, parameters: &parameters, library }, &vehicles, problems);
+        let agents = read_agents(Surroundings { root, parameters: &parameters, seed, library }, &vehicles, problems);
         let links = read_topology(root, &agents, seed, timing.dt, problems);
         let mut context = Self {
             agents,

@@ -4,7 +4,7 @@ mod law;
 mod read;
 
 use formation::config::{FormulaText, FormulaTexts, Ordered, did_you_mean, is_signal_name};
-use formation::scenario::Context;
+use formation::scenario::{Agent, Context};
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
 use lockstep::{Fault, Field, Io, Participant, Step};
 use schemars::JsonSchema;
@@ -49,7 +49,9 @@ pub struct ControllerState {
 impl Component for Formulas {
     fn check(&self, context: &Context) -> Checks {
         let mut checks = Checks::default();
-        for agent in &context.agents {
+        // A vehicle that could not be read has no states; that has been said.
+        let is_known = |agent: &&Agent| agent.vehicle.model().is_none_or(|model| !model.states.is_empty());
+        for agent in context.agents.iter().filter(is_known) {
             let (section, law) = self.law_of(&agent.vehicle_name);
             let inputs = read::inputs(&agent.vehicle);
             for input in &inputs {

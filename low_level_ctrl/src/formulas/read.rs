@@ -42,7 +42,7 @@ struct Reading {
 struct Compiler<'a, 'b> {
     context: &'a Context,
     agent: usize,
-    /// A neighbour, whose signals are those of all.
+    /// A neighbour, whose signals are those of all; another agent if there is none.
     example: usize,
     bind: &'a mut Bind<'b>,
     /// Number of slots so far. Slot 0 is the time, slots 1 and 2 are a_ij and j, slot 3 is b_i.
@@ -67,7 +67,7 @@ impl Program {
         let mut compiler = Compiler {
             context,
             agent,
-            example: heard.first().copied().unwrap_or(agent),
+            example: heard.first().copied().unwrap_or((agent + 1) % context.agents.len()),
             bind,
             slots: REFERENCE_WEIGHT + 1,
             own: Vec::new(),

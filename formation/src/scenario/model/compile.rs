@@ -22,6 +22,8 @@ pub(in crate::scenario) struct Surroundings<'a> {
     pub(in crate::scenario) root: &'a Node,
     /// Its named numbers.
     pub(in crate::scenario) parameters: &'a BTreeMap<String, f64>,
+    /// Its seed.
+    pub(in crate::scenario) seed: u64,
     /// Its data files.
     pub(in crate::scenario) library: &'a RefCell<Library>,
 }
@@ -41,7 +43,7 @@ pub(super) struct Row<'a> {
 impl Description {
     /// The model of an agent. What is wrong goes to `problems`.
     pub(super) fn model(&self, around: Surroundings, row: &Row, problems: &mut Problems) -> Option<Model> {
-        let Surroundings { root, parameters: constants, library } = around;
+        let Surroundings { root, parameters: constants, seed, library } = around;
         let before = problems.len();
         self.check_row(root, row, problems);
         let parameters = self.parameters(root, row, problems);
@@ -56,7 +58,8 @@ impl Description {
                 .iter()
                 .find(|(own, _)| own == name)
                 .map(|(_, value)| *value)
-                .or_else(|| constants.get(name).copied()),
+                .or_else(|| constants.get(name).copied())
+                .or_else(|| (name == "seed").then_some(seed as f64)),
         };
         let states = self.states.iter().map(|state| state.variable.clone()).collect::<Vec<_>>();
         let inputs = self.inputs.iter().map(|input| input.variable.clone()).collect::<Vec<_>>();
