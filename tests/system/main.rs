@@ -11,6 +11,7 @@ mod external;
 mod faults;
 mod figures;
 mod hardware;
+mod instruments;
 mod interface;
 mod jobs;
 mod keys;

@@ -28,8 +28,6 @@ pub struct Links {
     outages: Vec<Outage>,
     /// The roles whose signals go over links.
     pub carries: Vec<Role>,
-    /// Whether what was received is part of the log.
-    pub record: bool,
 }
 
 /// The fields of `[links]` that are not those of every link.
@@ -39,9 +37,6 @@ struct Common {
     /// Which signals go over links: `state`, `reference`, `estimate`, `command`; by default all.
     #[serde(default = "all_signals")]
     carries: Vec<Carried>,
-    /// Whether what was received is part of the log. Without it, a replay of one participant is not possible.
-    #[serde(default = "yes")]
-    record: bool,
     /// Times in which links fail.
     #[serde(default)]
     outage: Vec<OutageTable>,
@@ -115,10 +110,6 @@ fn all_signals() -> Vec<Carried> {
     vec![Carried::State, Carried::Reference, Carried::Estimate, Carried::Command]
 }
 
-fn yes() -> bool {
-    true
-}
-
 const EXPECTED_ENDS: &str = "expected links such as \"2 -> 5\", \"2 -> *\" or \"1,3-6 -> 2\"";
 
 impl Links {
@@ -134,7 +125,7 @@ impl Links {
         let (mut common, mut base, mut overlays) = (Table::default(), Table::default(), Vec::new());
         let before = problems.len();
         for (key, node) in table.iter() {
-            if ["carries", "record", "outage"].contains(&key) {
+            if ["carries", "outage"].contains(&key) {
                 common.insert(key, node.clone());
             } else if key.contains("->") {
                 match Ends::parse(key) {
@@ -166,7 +157,7 @@ impl Links {
             Carried::Command => Role::Controller,
         };
         let carries = common.carries.iter().map(role).collect();
-        Some(Self { base, overlays, outages, carries, record: common.record })
+        Some(Self { base, overlays, outages, carries })
     }
 
     /// The parameters of the link between these agents, by their numbers in the file.
