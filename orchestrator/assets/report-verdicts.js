@@ -154,3 +154,19 @@ const buildAssertions = () => {
   const head = [...(comparing ? [["run"]] : []), ["assertion"], ["signal"], ["bound", "n"], ["worst"], [""]];
   place.append(element("h2", {}, "Assertions"), element("div", { class: "scroll" }, table(headRow(head), rows)));
 };
+
+/** What the links did, beside what the scenario asks of them. */
+const buildTraffic = () => {
+  const place = byId("traffic");
+  const both = ({ asked, measured }) => `${short(measured)} (${short(asked)})`;
+  const rows = runs.flatMap((run) => (run.traffic ?? []).map((link) => element("tr", {},
+    ...(comparing ? [cell("run", "", run.name)] : []), element("td", { class: "name" }, `${link.from} → ${link.to} ${link.topic.split("/").pop()}`),
+    cell("sent", "n", String(link.sent)), cell("loss (asked)", "n", both(link.loss)), cell("delay, s (asked)", "n", both(link.delay_s)),
+    cell("rate, Hz (asked)", "n", both(link.rate_hz)), cell("mean age, s", "n", short(link.age_s.mean)), cell("largest age, s", "n", short(link.age_s.largest)),
+    cell("least interval, s", "n", short(link.interval_s.least)), cell("kB", "n", short(link.bytes / 1000)))));
+  place.hidden = !rows.length;
+  if (place.hidden) return;
+  const titles = ["sent", "loss (asked)", "delay, s (asked)", "rate, Hz (asked)", "mean age, s", "largest age, s", "least interval, s", "kB"];
+  const head = [...(comparing ? [["run"]] : []), ["link"], ...titles.map((title) => [title, "n"])];
+  place.append(element("h2", {}, "Links"), element("div", { class: "scroll" }, table(headRow(head), rows)));
+};

@@ -107,6 +107,7 @@ buildChips();
 buildControls();
 buildMetrics();
 buildAssertions();
+buildTraffic();
 buildMore();
 document.querySelector("main").classList.toggle("comparing", comparing);
 byId("scenes").append(...scenes.map((scene) => scene.card));

@@ -51,6 +51,8 @@ enum Command {
     Campaign(commands::campaign::CampaignArgs),
     /// Show what is in a log
     Info(commands::info::InfoArgs),
+    /// Show what the links between agents did in a run, beside what was asked of them
+    Links(commands::links::LinksArgs),
     /// Compare two logs bit by bit, or run a scenario in many ways and compare what comes out
     Verify(commands::verify::VerifyArgs),
     /// Run one participant of a recorded run again, against the recording of the others, and show where it departs
@@ -184,6 +186,7 @@ pub fn main(catalog: &Catalog) -> ExitCode {
         Command::Check(args) => commands::check::check(catalog, &args),
         Command::Campaign(args) => commands::campaign::campaign(catalog, &args),
         Command::Info(args) => commands::info::info(&args),
+        Command::Links(args) => commands::links::links(catalog, &args),
         Command::Verify(args) => commands::verify::verify(catalog, &args),
         Command::New(args) => commands::new::new(catalog, &args),
         Command::Conform(args) => commands::conform::conform(catalog, &args),

@@ -64,6 +64,18 @@ impl Delay {
         delay.max(0.0)
     }
 
+    /// The mean delay, s, if it is known; of a normal distribution, that without its bounds.
+    pub fn mean(&self) -> Option<f64> {
+        match self {
+            Delay::Fixed(delay) => Some(*delay),
+            Delay::Uniform { low, high } => Some(0.5 * (low + high)),
+            Delay::Normal { mean, .. } => Some(*mean),
+            Delay::Gamma { shape, scale, shift } => Some(shift + shape * scale),
+            Delay::Trace(delays) => Some(delays.iter().sum::<f64>() / delays.len() as f64),
+            Delay::Formula(_) => None,
+        }
+    }
+
     /// The longest delay, s, if there is one; for a normal and a gamma distribution that which one message in 10^9 exceeds.
     pub fn longest(&self) -> Option<f64> {
         match self {

@@ -20,6 +20,11 @@ impl Schedule {
         Self { period, phase, dt, next: phase }
     }
 
+    /// Instants per second, at most one in every step.
+    pub fn rate(&self) -> f64 {
+        1.0 / self.period.map_or(self.dt, |period| period.max(self.dt))
+    }
+
     /// Whether there is an instant at the step at time `t`; to be asked once at every step.
     pub fn is_due(&mut self, t: f64) -> bool {
         if t < self.next - TOLERANCE * self.dt {

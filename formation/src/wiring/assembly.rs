@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::components::read_components;
 use super::instruments::{self, InstrumentNode};
-use super::links::{self, LinkNode};
+use super::links::{self, AskedLink, LinkNode};
 use super::named_participants::{apply_edges, check_failure_policy, check_groups, check_swaps};
 use super::node_role::NodeRole;
 use super::present::add_variants_with;
@@ -179,6 +179,11 @@ impl Assembly {
     pub fn to_toml(&self) -> String {
         let defaults = self.components.iter().map(|(role, kind, _)| (*role, kind.defaults()));
         self.scenario.with_defaults(defaults)
+    }
+
+    /// What the scenario asks of the links between agents, in the order of the network.
+    pub fn links(&self) -> Vec<AskedLink> {
+        self.links.iter().flat_map(|node| node.asked(&self.scenario, &self.signals)).collect()
     }
 
     /// Whether the component of `role` has no law, so that programs must take the places of its participants.

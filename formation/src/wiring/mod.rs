@@ -28,6 +28,7 @@ pub use bind::{Bind, Refusal, Signals};
 pub use component::{Checks, Component, Kind};
 pub use external::EXTERNAL;
 pub use interface::Interface;
+pub use links::AskedLink;
 pub use node_role::NodeRole;
 pub use outputs::{BoundOutputs, Outputs};
 pub use present::present;

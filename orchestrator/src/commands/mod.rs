@@ -12,6 +12,7 @@ pub(crate) mod export;
 pub(crate) mod graph;
 pub(crate) mod info;
 pub(crate) mod layout;
+pub(crate) mod links;
 pub(crate) mod list;
 pub(crate) mod man;
 pub(crate) mod new;

@@ -7,5 +7,6 @@ pub mod glossary;
 pub(crate) mod layouts;
 pub mod report;
 pub mod schema;
+pub mod traffic;
 pub mod view;
 pub(crate) mod watch;

@@ -12,7 +12,7 @@ use lockstep::{Channel, ChannelId, Field, Input, Layout, MAX_WORDS, Network, Nod
 use self::participant::LinksParticipant;
 use super::{NodeRole, Signals};
 use crate::config::Problem;
-use crate::effects::LINK_FIELDS;
+use crate::effects::{Delay, LINK_FIELDS, Loss};
 use crate::role::Role;
 use crate::scenario::{LinkPlace, Links, Scenario};
 
@@ -22,6 +22,23 @@ pub(super) struct LinkNode {
     role: Role,
     /// The links, in the order of their outputs.
     links: Vec<Ends>,
+}
+
+/// What a scenario asks of a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedLink {
+    /// The sender and the receiver, from 1.
+    pub agents: [usize; 2],
+    /// What is received, `/agent_5/from_2/state`.
+    pub topic: String,
+    /// The share of messages that are lost in the long run, besides outages and range, if it is known.
+    pub loss: Option<f64>,
+    /// The mean time on the way, s, if it is known.
+    pub delay: Option<f64>,
+    /// Messages per second; `None` if a trigger decides.
+    pub rate: Option<f64>,
+    /// Bits of a message.
+    pub bits: f64,
 }
 
 /// A link, with the agents by their places, from 0.
@@ -86,11 +103,16 @@ pub(super) fn reads_over_links(role: Role) -> bool {
 fn link_channel(source: &Channel, sender: usize, receiver: usize, role: Role) -> Channel {
     let about = LINK_FIELDS.map(|(name, unit)| Field::scalar(name, unit));
     Channel {
-        topic: format!("/agent_{}/from_{}/{}", receiver + 1, sender + 1, role.channel()),
+        topic: topic(sender, receiver, role),
         agent: receiver as u32 + 1,
         layout: Layout::new(source.layout.fields().iter().cloned().chain(about)),
         initial: Vec::new(),
     }
+}
+
+/// What the channel of a link is called.
+fn topic(sender: usize, receiver: usize, role: Role) -> String {
+    format!("/agent_{}/from_{}/{}", receiver + 1, sender + 1, role.channel())
 }
 
 /// The channel that this one carries, `/agent_2/state` for `/agent_5/from_2/state`.
@@ -151,6 +173,26 @@ impl LinkNode {
         let command = signals.find(Role::Controller, sender).filter(|_| self.role != Role::Controller);
         let fields = command.into_iter().flat_map(|command| signals.layout(command).fields());
         fields.map(|field| (format!("{}.{}", Role::Controller.channel(), field.name), field.shape.words())).collect()
+    }
+
+    /// What the scenario asks of each link.
+    pub(super) fn asked(&self, scenario: &Scenario, signals: &Signals) -> Vec<AskedLink> {
+        let Some(links) = &scenario.context.links else { return Vec::new() };
+        let asked = self.links.iter().filter_map(|ends| {
+            let (layout, others) = (self.layout(signals, ends), self.others(signals, ends.sender));
+            let place = LinkPlace { sender: ends.sender, receiver: ends.receiver, layout, others: &others };
+            // A mistake has been reported when the links were put in.
+            let model = links.model(&scenario.context, &place).ok()?.model;
+            Some(AskedLink {
+                agents: [ends.sender + 1, ends.receiver + 1],
+                topic: topic(ends.sender, ends.receiver, self.role),
+                loss: model.loss.as_ref().map_or(Some(0.0), Loss::expected),
+                delay: model.delay.as_ref().map_or(Some(0.0), Delay::mean),
+                rate: Some(model.schedule.rate()).filter(|_| model.trigger.is_none() && model.interval.is_none()),
+                bits: model.bits,
+            })
+        });
+        asked.collect()
     }
 
     /// Builds the participant of a node.

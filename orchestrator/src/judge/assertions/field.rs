@@ -4,7 +4,7 @@ use formation::formula::{Cursor, FormulaError, Operands};
 use formation::wiring::Assembly;
 
 use super::geometry::{Geometry, Nearest, place};
-use super::slot::{Fold, Slot};
+use super::slot::{About, Fold, Slot};
 use super::span::Span;
 
 /// What the signal of the agent at this place reads: `state.position[2]`, `norm(state.position[0:3] - reference.position)`, `t`
@@ -55,6 +55,9 @@ impl<'a> Fields<'a> {
         let find = |topic, field| Span::find(self.assembly, self.agent, topic, field);
         match name {
             "t" => Some(Ok(Slot::Time)),
+            "link_age" => Some(self.links(About::Age)),
+            "link_loss" => Some(self.links(About::Loss)),
+            "link_messages" => Some(self.links(About::Messages)),
             "tracking" => {
                 let angles = self.assembly.scenario.context.agents[self.agent].angles.clone();
                 let own = find("state", "position");
@@ -64,6 +67,10 @@ impl<'a> Fields<'a> {
                 Nearest::named(name, self.assembly, self.geometry, self.agent).map(|nearest| nearest.map(Slot::Nearest))
             }
         }
+    }
+
+    fn links(&self, about: About) -> Result<Slot, String> {
+        Ok(Slot::Links(about, Span::of_links(self.assembly, self.agent)?))
     }
 
     fn scalar(&self, topic: &str, start: usize, text: &mut Cursor) -> Result<Span, FormulaError> {

@@ -9,14 +9,17 @@ use super::slot::{Fold, on_circle};
 use super::span::Span;
 use crate::judge::metrics::norm_between;
 
-/// What an assertion may name as its `metric`, or use within a signal; with its meaning. All in m.
-pub const METRICS: [(&str, &str); 6] = [
+/// What an assertion may name as its `metric`, or use within a signal; with its meaning. Distances are in m.
+pub const METRICS: [(&str, &str); 9] = [
     ("distance", "from the centre of the agent to that of the nearest other one"),
     ("gap", "the same, less the radii of both; below 0 they collide"),
     ("obstacle_gap", "from the edge of the agent to that of the nearest obstacle"),
     ("obstacle_margin", "from the centre of the agent to the inner boundary of the nearest obstacle"),
     ("tracking", "from the position of the agent to its place in the formation"),
     ("formation", "from the position relative to another agent to that of the references; the largest over the others"),
+    ("link_age", "age of what the agent has received, s; the largest over its links"),
+    ("link_loss", "share of the messages to the agent that were lost so far"),
+    ("link_messages", "messages that were sent to the agent so far"),
 ];
 
 /// Where an agent is, without the heading of a planar robot, and its place in the formation.

@@ -22,8 +22,36 @@ pub(super) enum Slot {
     Word(Span),
     Folded(Fold, Span, Option<Span>),
     Nearest(Nearest),
+    /// A number about the links to the agent, with their signals: age, messages sent, messages lost.
+    Links(About, Vec<[Span; 3]>),
     /// The distance from the position of the agent to its place in the formation, and which coordinates are angles.
     Tracking(Span, Span, Vec<bool>),
+}
+
+/// What is asked about the links to an agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum About {
+    /// The largest age, s.
+    Age,
+    /// The share of messages that were lost.
+    Loss,
+    /// The messages that were sent.
+    Messages,
+}
+
+impl About {
+    /// The number for links with these signals: age, messages sent, messages lost.
+    fn of<'s>(self, links: &[[Span; 3]], sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
+        let all = |place: usize| links.iter().map(move |spans| spans[place].of(sample)[0]);
+        match self {
+            About::Age => all(0).fold(0.0, f64::max),
+            About::Messages => all(1).sum(),
+            About::Loss => {
+                let sent: f64 = all(1).sum();
+                if sent > 0.0 { all(2).sum::<f64>() / sent } else { 0.0 }
+            }
+        }
+    }
 }
 
 impl Fold {
@@ -51,6 +79,7 @@ impl Slot {
                 fold.of(span.of(sample).iter().zip(less.of(sample)).map(|(a, b)| a - b))
             }
             Slot::Nearest(nearest) => nearest.value(sample),
+            Slot::Links(about, links) => about.of(links, sample),
             Slot::Tracking(own, place, angles) => {
                 let difference = own.of(sample).iter().zip(place.of(sample)).map(|(own, place)| own - place);
                 Fold::Norm.of(on_circle(difference, angles))

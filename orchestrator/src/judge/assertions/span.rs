@@ -38,6 +38,24 @@ impl Span {
         Ok(Self { channel: ChannelId(channel), offset, length })
     }
 
+    /// Of each link to the agent at this place, age, messages sent and messages lost; a reason if there is none.
+    pub(super) fn of_links(assembly: &Assembly, agent: usize) -> Result<Vec<[Self; 3]>, String> {
+        let stem = format!("/agent_{}/from_", agent + 1);
+        let channels = assembly.network.channels.iter().enumerate();
+        let links = channels.filter(|(_, channel)| channel.topic.starts_with(&stem)).filter_map(|(place, channel)| {
+            let field = |name: &str| {
+                let (offset, length) = channel.layout.find(name)?;
+                Some(Self { channel: ChannelId(place), offset, length })
+            };
+            Some([field("link_age")?, field("link_sent")?, field("link_lost")?])
+        });
+        let links: Vec<_> = links.collect();
+        if assembly.links().is_empty() {
+            return Err("there are no links: a section `[links]` with readers of other agents makes them".into());
+        }
+        Ok(links)
+    }
+
     /// At most this many words from its start.
     pub(super) fn first(self, length: usize) -> Self {
         Self { length: self.length.min(length), ..self }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::judge::assertions::Finding;
 use crate::judge::verdict::Row;
+use crate::show::traffic::Traffic;
 use crate::show::view::{Curve, Grid, Kind, LoggedRun, Panel, View, links, panels};
 
 /// All runs, each curve with at most `points` points.
@@ -73,6 +74,7 @@ fn run_json(run: &LoggedRun, name: &str, points: usize) -> Value {
         "not_held": run.verdict.as_ref().and_then(|verdict| verdict.not_held.clone()),
         "metrics": run.verdict.as_ref().map(|verdict| verdict.rows.iter().map(metric).collect::<Vec<_>>()),
         "assertions": run.findings.0.iter().map(assertion).collect::<Vec<_>>(),
+        "traffic": run.traffic.iter().map(Traffic::to_json).collect::<Vec<_>>(),
         "text": run.log.scenario_text(),
         "channels": channels,
         "time": packed(grid.points().iter().map(|&sample| run.time(sample))),

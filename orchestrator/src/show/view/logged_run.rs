@@ -14,6 +14,7 @@ use crate::judge::own;
 use crate::judge::verdict::Verdict;
 use crate::recorded::scenario_of;
 use crate::run::players::Player;
+use crate::show::traffic::{Traffic, traffic};
 use recording::{Log, Series};
 
 /// A recorded run with its scenario, as far as there is one.
@@ -26,6 +27,8 @@ pub struct LoggedRun {
     pub verdict: Option<Verdict>,
     /// What became of its assertions; none if they cannot be evaluated.
     pub findings: Findings,
+    /// What its links did.
+    pub traffic: Vec<Traffic>,
     /// Why scenario or metrics are missing, in words.
     pub caveats: Vec<String>,
     /// Numbers of the agents, ascending.
@@ -63,20 +66,22 @@ impl LoggedRun {
                 caveats.push(format!("The run ended early: {found} of {planned} samples."));
             }
         }
+        let asked = assembly.as_ref().and_then(|assembly| assembly.as_ref().ok()).map(Assembly::links);
+        let traffic = traffic(&log, &asked.unwrap_or_default());
         let findings = assembly.and_then(|assembly| {
             let found = assembly.and_then(|assembly| Watch::replay(&assembly, &log));
             found.map_err(|problems| caveats.push(unreadable(&Failure::Invalid(problems)))).ok()
         });
         caveats.extend(log.players().iter().map(|player| format!("{}.", Player::read(player).sentence())));
         let (agents, findings) = (agents_of(&log), findings.unwrap_or_default());
-        Ok(Self { log, scenario, verdict, findings, caveats, agents, growing: false })
+        Ok(Self { log, scenario, verdict, findings, traffic, caveats, agents, growing: false })
     }
 
     /// A run that is going on, with the samples that have been seen of it so far.
     pub fn growing(log: Log, scenario: Scenario) -> Self {
         let agents = agents_of(&log);
         let (scenario, findings) = (Some(scenario), Findings::default());
-        Self { log, scenario, verdict: None, findings, caveats: Vec::new(), agents, growing: true }
+        Self { log, scenario, verdict: None, findings, traffic: Vec::new(), caveats: Vec::new(), agents, growing: true }
     }
 
     /// Number of samples.

@@ -8,6 +8,7 @@ use super::panel::{Curve, Kind, Limit, Panel, View};
 use super::space::{clearances, distances};
 use super::{Grid, LoggedRun};
 use crate::judge::metrics::{norm, norm_between};
+use crate::show::traffic::Traffic;
 
 /// All plots of a run, the ones that matter most first.
 pub fn panels(run: &LoggedRun, grid: &Grid) -> Vec<Panel> {
@@ -22,6 +23,7 @@ pub fn panels(run: &LoggedRun, grid: &Grid) -> Vec<Panel> {
         builder.weights(),
         flags(run, grid),
         switching(run, grid),
+        builder.links(),
         builder.rest(),
     ];
     made.into_iter().flatten().filter(|panel| !panel.views.is_empty()).collect()
@@ -134,6 +136,28 @@ impl PanelBuilder<'_> {
         views.extend(self.norm_views(|role, field| role != "state" && is_error(&field.name)));
         views.retain(|view| !view.curves.is_empty());
         Some(Panel { id: "tracking-errors", title: "Tracking errors", kind: Kind::Lines, views })
+    }
+
+    /// Age and losses of what each link delivers.
+    fn links(&self) -> Option<Panel> {
+        let view = |name: &str, field: &str, unit: &str| {
+            let curve = |link: &Traffic| {
+                let series = self.run.log.signal(&link.asked.topic, field)?;
+                let ([from, to], signal) = (link.asked.agents, link.asked.topic.rsplit('/').next()?);
+                let label = format!("{from} → {to} {signal}");
+                let values = self.grid.curve(|sample| series.row(sample)[0]);
+                Some(Curve { label, agent: Some(to - 1), second: false, values })
+            };
+            let curves = self.run.traffic.iter().filter_map(curve).collect();
+            View { name: name.into(), axis: name.into(), unit: unit.into(), curves, ..View::default() }
+        };
+        let views = vec![
+            view("age", "link_age", "s"),
+            view("messages sent", "link_sent", ""),
+            view("messages lost", "link_lost", ""),
+        ];
+        let views = views.into_iter().filter(|view| !view.curves.is_empty()).collect();
+        Some(Panel { id: "links", title: "Links", kind: Kind::Lines, views })
     }
 
     fn sliding(&self) -> Option<Panel> {
