@@ -46,7 +46,14 @@ impl Component for Consensus {
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
         let vehicle = context.agents[agent].nominal.omni().ok_or_else(|| {
-            Refusal("the controller `consensus` drives planar robots; a quadcopter needs an attitude loop".into())
+            let kind = context.agents[agent].vehicle.kind();
+            let advice = match context.agents[agent].vehicle.model() {
+                Some(_) => "the controller `formulas` has a law for each of its inputs",
+                None => "a quadcopter needs an attitude loop",
+            };
+            Refusal(format!(
+                "the controller `consensus` drives planar robots and integrators, not the vehicle `{kind}`; {advice}"
+            ))
         })?;
         let second_order = vehicle.order() == 2;
         Ok(Box::new(ConsensusParticipant {

@@ -89,7 +89,7 @@ fn a_program_that_does_not_exist_is_named() {
     // What the search path holds, only the system knows.
     let run = folder.run(&["run", "uav", "-q", "--swap", "plant=nobody-at-all", "--out", "cut.mcap"]);
     assert_eq!(run.code(), 3);
-    assert!(run.stderr().contains("spawn plant (nobody-at-all)"), "{}", run.stderr());
+    assert!(run.stderr().contains("start nobody-at-all for plant"), "{}", run.stderr());
 }
 
 #[test]

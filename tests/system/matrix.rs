@@ -200,7 +200,7 @@ fn never_started(participant: &str) {
     let folder = Folder::new();
     let cases = [
         ("./nobody", 2, format!("{participant}: there is no program ./nobody")),
-        ("nobody-at-all", 3, format!("spawn {participant} (nobody-at-all)")),
+        ("nobody-at-all", 3, format!("start nobody-at-all for {participant}")),
         ("sleep 60", 3, "which has not joined the run".into()),
     ];
     for (program, code, expected) in cases {

@@ -23,7 +23,11 @@ impl FormulaError {
     pub fn with_hint<'n>(mut self, text: &str, names: impl IntoIterator<Item = &'n str>) -> Self {
         let word = |c: &char| c.is_alphanumeric() || *c == '_';
         let found: String = text.get(self.offset..).unwrap_or_default().chars().take_while(word).collect();
-        self.message.push_str(&did_you_mean(&found, names));
+        let names: Vec<&str> = names.into_iter().collect();
+        // A name that is known is not what is wrong.
+        if !names.contains(&found.as_str()) {
+            self.message.push_str(&did_you_mean(&found, names));
+        }
         self
     }
 

@@ -58,7 +58,7 @@ impl<'a> Cursor<'a> {
                 Kind::Symbol(symbol)
             }
             Some('=' | '!') => {
-                let message = "expected <, <=, > or >=: numbers are not compared for equality";
+                let message = "expected <, <=, > or >=: numbers are not compared for equality; for a whole number write 2.5 < i < 3.5";
                 return Err(FormulaError::new(offset, message));
             }
             Some('.') => {

@@ -19,6 +19,8 @@ use crate::vehicle::Actuator;
 pub struct Context {
     /// The agents in order.
     pub agents: Vec<Agent>,
+    /// The names of `[vehicles]`, whether an agent has one or not.
+    pub vehicles: Vec<String>,
     /// Who receives from whom, over time.
     pub topology: TopologySchedule,
     /// The graph need not be strongly connected: the scenario says so, or only some of its agents were chosen.
@@ -76,8 +78,11 @@ impl Context {
         }
         let agents = read_agents(Surroundings { root, parameters: &parameters, seed, library }, &vehicles, problems);
         let links = read_topology(root, &agents, seed, timing.dt, problems);
+        let named = root.at("vehicles").and_then(Node::as_table);
+        let named = named.into_iter().flat_map(|table| table.iter()).map(|(name, _)| name.to_string());
         let mut context = Self {
             agents,
+            vehicles: named.collect(),
             topology: links.topology,
             any_graph: links.any_graph,
             proximity: links.proximity,

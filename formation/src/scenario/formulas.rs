@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use crate::config::{Node, Problem, Problems, around};
+use crate::config::{Node, Problem, Problems, Table, around};
 use crate::data::Library;
 use crate::formula::{Expression, Formula, FormulaError, Operand};
 
@@ -100,6 +100,10 @@ impl Formulas<'_> {
             return None;
         };
         for (name, node) in table.iter() {
+            if let Some(message) = order_problem(name, node, table) {
+                problems.at(self.root, &format!("{path}.{name}"), message);
+                return None;
+            }
             let formula = self.one(node, &format!("{path}.{name}"), &defined, constant, problems)?;
             defined.push((name.to_string(), formula));
         }
@@ -144,4 +148,16 @@ impl Formulas<'_> {
             }
         }
     }
+}
+
+/// What is wrong with the order of a definition: it uses itself, or one that stands below it.
+pub(crate) fn order_problem(name: &str, node: &Node, table: &Table) -> Option<String> {
+    let expression = Expression::parse(node.as_str()?).ok()?;
+    let used = expression.names();
+    if used.contains(&name) {
+        return Some(format!("`{name}` depends on itself"));
+    }
+    let mut below = table.iter().map(|(known, _)| known).skip_while(|known| *known != name);
+    let later = below.find(|known| used.contains(known))?;
+    Some(format!("uses `{later}`, which is defined below it: a definition may use those above it"))
 }

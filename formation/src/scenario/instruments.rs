@@ -6,6 +6,7 @@ use lockstep::Layout;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::DeserializeOwned;
 
+use super::links::is_choice;
 use super::{Context, agents_in, list_of};
 use crate::config::{Node, Problem, Problems, Table, Value, did_you_mean, read};
 use crate::effects::{ActuatorLimits, SensorErrors};
@@ -37,7 +38,8 @@ impl Instruments {
                 base.insert(key, node.clone());
                 continue;
             };
-            if let Some(agent) = agents.iter().find(|agent| !ids.iter().any(|id| *id as usize == **agent)) {
+            let unknown = agents.iter().find(|agent| !ids.iter().any(|id| *id as usize == **agent));
+            if let Some(agent) = unknown.filter(|_| !is_choice(ids)) {
                 let known = list_of(&ids.iter().map(|id| *id as usize).collect::<Vec<_>>());
                 let message = format!("there is no agent {agent}, only {known}");
                 problems.push(Problem::new(Some(node.origin.clone()), format!("{section}.{key}"), message));

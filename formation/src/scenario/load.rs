@@ -289,10 +289,15 @@ fn complete(root: &mut Node) {
     let has_reference = root.at("reference").is_some();
     let Some(table) = root.as_table_mut() else { return };
     let mut default = |role: Role, kind: &str| {
-        if table.get(role.name()).is_none() {
-            let mut section = Table::default();
-            section.insert("kind", Node::from_override(Value::String(kind.into()), role.name()));
-            table.insert(role.name(), Node::from_override(Value::Table(section), role.name()));
+        let kind = Node::from_override(Value::String(kind.into()), role.name());
+        match table.get_mut(role.name()).map(Node::as_table_mut) {
+            Some(Some(section)) if section.get("kind").is_none() => _ = section.insert("kind", kind),
+            Some(_) => {}
+            None => {
+                let mut section = Table::default();
+                section.insert("kind", kind);
+                table.insert(role.name(), Node::from_override(Value::Table(section), role.name()));
+            }
         }
     };
     default(Role::Plant, "vehicles");

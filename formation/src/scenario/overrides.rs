@@ -248,6 +248,7 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
     }
     *agents = chosen;
     Renumbering::choosing(count, rows).apply(root);
+    choose_parameters(root, count, rows);
     if given.adjacency {
         return Ok(());
     }
@@ -259,6 +260,26 @@ fn select_agents(root: &mut Node, rows: &[usize], o: &Override, given: Given) ->
         }
     }
     Ok(())
+}
+
+/// Keeps of the lists among the parameters of vehicles, which have one number for each agent, those of the chosen agents.
+fn choose_parameters(root: &mut Node, count: usize, rows: &[usize]) {
+    let choose = |vehicle: &mut Node| {
+        let Some(parameters) = vehicle.at_mut("parameters").and_then(Node::as_table_mut) else { return };
+        let names: Vec<String> = parameters.iter().map(|(name, _)| name.to_string()).collect();
+        for name in names {
+            let list = parameters.get_mut(&name).and_then(Node::as_array_mut).filter(|list| list.len() == count);
+            if let Some(list) = list {
+                *list = rows.iter().map(|row| list[row - 1].clone()).collect();
+            }
+        }
+    };
+    root.at_mut("vehicle").into_iter().for_each(choose);
+    let names = root.at("vehicles").and_then(Node::as_table);
+    let names: Vec<String> = names.into_iter().flat_map(|table| table.iter()).map(|(name, _)| name.into()).collect();
+    for name in names {
+        root.at_mut(&format!("vehicles.{name}")).into_iter().for_each(choose);
+    }
 }
 
 /// Sets one field of every agent: from a list, an entry each; from one value, the same for all.

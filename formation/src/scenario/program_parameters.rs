@@ -4,7 +4,7 @@
 use schemars::{Schema, SchemaGenerator, json_schema};
 
 use super::{LookupError, Scenario};
-use crate::config::{Node, Problems, Value, nearest};
+use crate::config::{Node, Problems, Value, did_you_mean, nearest};
 use crate::role::Role;
 
 /// The key of the table.
@@ -17,6 +17,19 @@ pub(super) fn check_with(root: &Node, problems: &mut Problems) {
     }
     let agents = root.at("agents").and_then(Node::as_array).map_or(0, <[Node]>::len);
     (1..=agents).for_each(|agent| check_table(root, &format!("agents.{agent}.{WITH}"), problems));
+    let of_role = |role: Role| root.at(&format!("{role}.{WITH}")).and_then(Node::as_table);
+    let known: Vec<&str> =
+        Role::ALL.into_iter().filter_map(of_role).flat_map(|table| table.iter()).map(|(name, _)| name).collect();
+    for agent in 1..=agents {
+        let path = format!("agents.{agent}.{WITH}");
+        for (name, _) in root.at(&path).and_then(Node::as_table).into_iter().flat_map(|table| table.iter()) {
+            // A program may have parameters that only agents give, but not one that is nearly another.
+            let hint = did_you_mean(name, known.iter().copied());
+            if !known.contains(&name) && !hint.is_empty() {
+                problems.at(root, &format!("{path}.{name}"), format!("no section has a parameter of this name{hint}"));
+            }
+        }
+    }
 }
 
 fn check_table(root: &Node, path: &str, problems: &mut Problems) {

@@ -141,6 +141,7 @@ impl Assembly {
 
     fn of(scenario: Scenario, components: Vec<(Role, Kind, Box<dyn Component>)>) -> Result<Self, Vec<Problem>> {
         let signals = declare(&scenario, &components);
+        check_units(&scenario, &signals)?;
         let nodes = node_roles(&scenario, &components);
         let serving_all = serving_all(&scenario, &nodes);
         let mut assembly = Self {
@@ -304,6 +305,18 @@ fn declare(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)])
     }
     let carries = scenario.context.links.as_ref().map(|links| links.carries.clone()).unwrap_or_default();
     Signals::new(channels, ids).with_links(carries)
+}
+
+/// Units are part of texts by lines: of ROS definitions in logs, and of messages.
+fn check_units(scenario: &Scenario, signals: &Signals) -> Result<(), Vec<Problem>> {
+    let wrong = signals.channels.iter().zip(&signals.ids).find_map(|(channel, id)| {
+        let field = channel.layout.fields().iter().find(|field| field.unit.contains(char::is_control))?;
+        let is_model = *id == Some((Role::Plant, channel.agent as usize - 1)) && scenario.section("vehicle").is_some();
+        let section = if is_model { "vehicle" } else { id.map_or("", |(role, _)| role.name()) };
+        let message = format!("expected a unit in one line, found {:?} for the signal `{}`", field.unit, field.name);
+        Some(scenario.problem(section, message))
+    });
+    wrong.map_or(Ok(()), |problem| Err(vec![problem]))
 }
 
 fn node_roles(scenario: &Scenario, components: &[(Role, Kind, Box<dyn Component>)]) -> Vec<NodeRole> {

@@ -2,7 +2,7 @@
 
 use formation::formula::Formula;
 use formation::scenario::AdjacencyRow;
-use lockstep::{Io, Slice, Step};
+use lockstep::{Fault, Io, Slice, Step};
 
 /// The code of a law. All formulas are evaluated on one list of numbers, the slots.
 pub(super) struct Program {
@@ -28,6 +28,8 @@ pub(super) struct Program {
     pub(super) states: Vec<(usize, Formula)>,
     /// Inputs, then signals.
     pub(super) results: Vec<Formula>,
+    /// Where each of them is written, with its text.
+    pub(super) texts: Vec<(String, String)>,
     /// Values of the slots at t = 0: constants and initial states.
     pub(super) initial: Vec<(usize, f64)>,
 }
@@ -78,6 +80,13 @@ impl Law {
     /// Inputs and signals of the last update.
     pub(super) fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// What is wrong with the values of the last update: the first that is not finite.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        let place = self.values.iter().position(|value| !value.is_finite())?;
+        let (path, text) = &self.program.texts[place];
+        Some(Fault(format!("controller.{path} is {}: \"{text}\"", self.values[place])))
     }
 
     /// Computes all values from the samples of this step.

@@ -46,6 +46,26 @@ pub struct ControllerState {
     pub d: FormulaText,
 }
 
+/// What names in laws mean.
+const RESERVED: &[&str] = &[
+    "t",
+    "i",
+    "j",
+    "N",
+    "dt",
+    "pi",
+    "seed",
+    "a_ij",
+    "b_i",
+    "state",
+    "reference",
+    "estimate",
+    "command",
+    "sum",
+    "position",
+    "velocity",
+];
+
 impl Component for Formulas {
     fn check(&self, context: &Context) -> Checks {
         let mut checks = Checks::default();
@@ -75,9 +95,21 @@ impl Component for Formulas {
             }
         }
         let names = context.agents.iter().map(|agent| agent.vehicle_name.as_str()).collect::<Vec<_>>();
-        for (name, _) in self.laws.iter().filter(|(name, _)| !names.contains(name)) {
+        // With only some of the agents, the law of others has no use.
+        let is_used = |name: &str| names.contains(&name) || context.vehicles.iter().any(|known| known == name);
+        for (name, _) in self.laws.iter().filter(|(name, _)| !is_used(name)) {
             let message = format!("no agent has a vehicle `{name}` of [vehicles]");
             checks = checks.require(false, &format!("laws.{name}"), message);
+        }
+        let own = [("define", self.define.iter().map(|(name, _)| name).collect::<Vec<_>>())];
+        let own = own.into_iter().chain([("states", self.states.iter().map(|(name, _)| name).collect())]);
+        for (section, name) in own.flat_map(|(section, names)| names.into_iter().map(move |name| (section, name))) {
+            let is_state = |agent: &Agent| {
+                agent.vehicle.model().is_some_and(|model| model.states.iter().any(|state| state.name == name))
+            };
+            let is_taken = RESERVED.contains(&name) || context.agents.iter().any(is_state);
+            let message = format!("`{name}` stands for something else in laws already: expected another name");
+            checks = checks.require(!is_taken, &format!("{section}.{name}"), message);
         }
         for (name, _) in self.signals.iter() {
             let is_free = name != "input" && is_signal_name(name);
@@ -137,6 +169,9 @@ struct FormulasParticipant {
 impl Participant for FormulasParticipant {
     fn step(&mut self, step: &Step, io: &mut Io) -> Result<(), Fault> {
         self.law.update(step, io);
+        if let Some(fault) = self.law.fault() {
+            return Err(fault);
+        }
         self.outputs.write(io, &self.law);
         Ok(())
     }

@@ -88,19 +88,24 @@ impl Program {
             compiler.named.push((name.into(), slot));
         }
         let (section, texts) = law.law_of(&context.agents[agent].vehicle_name);
-        let mut results = Vec::new();
+        let (mut results, mut texts_of_results) = (Vec::new(), Vec::new());
+        let mut result = |compiler: &mut Compiler, path: String, text: &FormulaText| {
+            results.push(compiler.formula(&path, text)?);
+            texts_of_results.push((path, text.0.clone()));
+            Ok::<(), Refusal>(())
+        };
         for input in inputs(&context.agents[agent].vehicle) {
             // A missing one has been reported by the check.
             let Some(text) = texts.get(&input) else { continue };
-            results.push(compiler.formula(&format!("{section}.{input}"), text)?);
+            result(&mut compiler, format!("{section}.{input}"), text)?;
         }
         for (name, texts) in law.signals.iter() {
             let path = format!("signals.{name}");
             match texts {
-                FormulaTexts::One(text) => results.push(compiler.formula(&path, text)?),
+                FormulaTexts::One(text) => result(&mut compiler, path, text)?,
                 FormulaTexts::Several(all) => {
                     for (place, text) in all.iter().enumerate() {
-                        results.push(compiler.formula(&format!("{path}.{}", place + 1), text)?);
+                        result(&mut compiler, format!("{path}.{}", place + 1), text)?;
                     }
                 }
             }
@@ -109,7 +114,7 @@ impl Program {
         for (place, (name, state)) in law.states.iter().enumerate() {
             states.push((initial[place].0, compiler.formula(&format!("states.{name}.d"), &state.d)?));
         }
-        compiler.finish(row, &heard, states, results, initial)
+        compiler.finish(row, &heard, states, (results, texts_of_results), initial)
     }
 }
 
@@ -191,7 +196,7 @@ impl Compiler<'_, '_> {
         row: AdjacencyRow,
         heard: &[usize],
         states: Vec<(usize, Formula)>,
-        results: Vec<Formula>,
+        (results, texts): (Vec<Formula>, Vec<(String, String)>),
         initial: Vec<(usize, f64)>,
     ) -> Result<Program, Refusal> {
         let Self { context, agent, bind, slots, own, of_neighbour, parts, .. } = self;
@@ -225,6 +230,7 @@ impl Compiler<'_, '_> {
             parts,
             states,
             results,
+            texts,
             initial,
         })
     }

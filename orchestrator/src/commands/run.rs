@@ -282,10 +282,10 @@ fn announce(assembly: &Assembly, options: &Options, place: Option<&LogPlace>) {
         _ if options.in_one_process() => 1,
         placement => placement.workers(assembly, &options.swaps).len() + 1,
     };
+    let title = if scenario.title.is_empty() { String::new() } else { format!("{}; ", scenario.title) };
     eprintln!(
-        "{}: {}; {}, {}, {} s in steps of {} s",
+        "{}: {title}{}, {}, {} s in steps of {} s",
         scenario.label(),
-        scenario.title,
         counted(scenario.context.agents.len(), "agent"),
         counted(processes, "process"),
         timing.duration,

@@ -10,6 +10,7 @@ use formation::wiring::{Assembly, present};
 use super::arguments::ScenarioArgs;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
+use crate::judge::own::OwnMetric;
 use crate::judge::{assertions, own};
 use crate::recorded::{scenario_in, scenario_of};
 use recording::{Head, Log};
@@ -33,9 +34,27 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
     }
     // What is wrong with an assertion or the metrics is said before anything starts.
     assertions::read(&assembly)?;
-    own::read(&assembly)?;
+    let own = own::read(&assembly)?;
     check_metrics(catalog, &assembly)?;
+    check_expected(&assembly, &own)?;
     Ok(assembly)
+}
+
+/// Whether there is a metric for every expectation, where the scenario names no set: those of a set depend on more than the scenario.
+fn check_expected(assembly: &Assembly, own: &[OwnMetric]) -> Result<(), Failure> {
+    let scenario = &assembly.scenario;
+    if !scenario.metrics.is_empty() || !scenario.overrides.is_empty() {
+        return Ok(());
+    }
+    let ids = || own.iter().map(|metric| metric.id.as_str());
+    match scenario.expectations.keys().find(|id| !ids().any(|known| known == *id)) {
+        None => Ok(()),
+        Some(id) => {
+            let (known, hint) = (ids().collect::<Vec<_>>().join(", "), did_you_mean(id, ids()));
+            let message = format!("no metric is called `{id}`, expected one of {known}{hint}");
+            Err(Failure::Invalid(vec![scenario.problem(&format!("expect.{id}"), message)]))
+        }
+    }
 }
 
 /// Whether there is the set of metrics that the scenario names.

@@ -1,6 +1,8 @@
 //! `phalanx validate`.
 
 use clap::Args;
+use formation::wiring::{Assembly, Role};
+use lockstep::{Local, LoopError};
 use serde_json::json;
 
 use super::arguments::ScenarioArgs;
@@ -21,8 +23,31 @@ pub(crate) struct ValidateArgs {
     pub(crate) print: bool,
 }
 
+/// Whether the first step can be computed, in this process: what is not a finite number at t = 0 is found here. Participants that only
+/// programs play are not there to be asked.
+fn check_start(assembly: &Assembly) -> Result<(), Failure> {
+    if Role::ALL.into_iter().any(|role| assembly.is_external(role)) {
+        return Ok(());
+    }
+    let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
+    let participants = assembly.participants(&nodes)?;
+    let loops = |error: LoopError| Failure::Invalid(vec![assembly.scenario.problem("", error.to_string())]);
+    let mut run =
+        Local::new(assembly.network.clone(), participants, assembly.scenario.context.timing.dt).map_err(loops)?;
+    run.step().map(|_| ()).map_err(|error| {
+        let (node, fault) = (&error.node, &error.fault.0);
+        // A fault that begins with a field of the scenario is shown there.
+        let path = fault.split(" is ").next().filter(|path| assembly.scenario.section(path).is_some());
+        let path = path.or_else(|| node.split('_').next()).unwrap_or_default();
+        Failure::Invalid(vec![
+            assembly.scenario.problem(path, format!("{node} cannot compute the first step: {fault}")),
+        ])
+    })
+}
+
 pub(crate) fn validate(catalog: &Catalog, args: &ValidateArgs) -> Result<(), Failure> {
     let assembly = assemble(catalog, &args.scenario)?;
+    check_start(&assembly)?;
     let scenario = &assembly.scenario;
     if args.print {
         print!("{}", scenario.to_toml());

@@ -95,7 +95,7 @@ impl WorkerProcesses {
         let mark = self.descendants.mark(self.spawned.iter().sum());
         let name = &self.names[worker];
         let program = command.get_program().to_string_lossy().into_owned();
-        let failed = || system(format!("spawn {name} ({program})"));
+        let failed = || system(format!("start {program} for {name}"));
         let setup = ChildSetup { directory, worker, page: self.status.page.file(), cpu, order, mark };
         let (child, output) = Child::spawn(command, &setup).map_err(failed())?;
         self.output_reader.add(worker, name, output).map_err(failed())?;

@@ -101,6 +101,9 @@ impl Ends {
 
     /// An agent that is not there.
     fn unknown(&self, ids: &[u32]) -> Option<usize> {
+        if is_choice(ids) {
+            return None;
+        }
         let named = self.senders.iter().chain(&self.receivers).flatten();
         named.copied().find(|agent| !ids.iter().any(|id| *id as usize == *agent))
     }
@@ -202,7 +205,7 @@ fn read_outages(section: &Node, common: &Common, ids: &[u32], problems: &mut Pro
             }
         }
         for agent in table.agents.iter().flatten() {
-            if !ids.contains(agent) {
+            if !ids.contains(agent) && !is_choice(ids) {
                 report("agents", format!("there is no agent {agent}, only {}", known(ids)));
             }
             let only = Some(vec![*agent as usize]);
@@ -215,6 +218,11 @@ fn read_outages(section: &Node, common: &Common, ids: &[u32], problems: &mut Pro
         outages.push(Outage { from: table.from, until, links });
     }
     outages
+}
+
+/// Whether only some of the agents of the file were chosen: others may be named and have no part in the run.
+pub(super) fn is_choice(ids: &[u32]) -> bool {
+    !ids.iter().copied().eq(1..=ids.len() as u32)
 }
 
 fn known(ids: &[u32]) -> String {

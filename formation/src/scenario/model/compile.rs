@@ -9,7 +9,7 @@ use super::description::{Description, LONGEST_NAME};
 use crate::config::{Node, Problem, Problems, around, did_you_mean, is_signal_name};
 use crate::data::Library;
 use crate::formula::Formula;
-use crate::scenario::formulas::Formulas;
+use crate::scenario::formulas::{Formulas, order_problem};
 use crate::vehicle::{Model, ModelOutput, units};
 
 /// Fields of the row of an agent that are no states or parameters.
@@ -184,6 +184,9 @@ impl Description {
             let name = &state.variable.name;
             let path = format!("{}.{name}", row.path);
             let given = row.node.at(name).map(|_| number(root, &path, problems).unwrap_or(0.0));
+            if given.is_some() && placed.is_some() {
+                problems.at(root, &path, "`position` gives this state, too: expected one of both");
+            }
             match given.or(placed).or(state.initial) {
                 Some(value) => initial.push(value),
                 None => {
@@ -244,7 +247,12 @@ impl<'a> Compiler<'a> {
     fn definitions(&mut self) -> Option<Vec<Formula>> {
         let path = format!("{}.define", self.formulas.section);
         let mut definitions = Vec::new();
-        for (name, _) in self.node(&path).and_then(Node::as_table).into_iter().flat_map(|table| table.iter()) {
+        let table = self.node(&path).and_then(Node::as_table);
+        for (name, node) in table.into_iter().flat_map(|table| table.iter()) {
+            if let Some(message) = table.and_then(|table| order_problem(name, node, table)) {
+                self.problems.at(self.formulas.root, &format!("{path}.{name}"), message);
+                return None;
+            }
             definitions.push(self.one(&format!("define.{name}"))?);
             let slot = self.formulas.variables.len();
             self.formulas.variables.push((name, slot));
@@ -304,6 +312,10 @@ impl<'a> Compiler<'a> {
             self.problems.at(self.formulas.root, &path, message);
             return None;
         };
+        if value.as_array().is_some_and(<[Node]>::is_empty) {
+            self.problems.at(self.formulas.root, &path, "expected at least one formula in the list, found none");
+            return None;
+        }
         let (shape, formulas) = match value.as_array() {
             Some(values) => (Field::vector(name, values.len(), unit), self.list(&field)?),
             None => (Field::scalar(name, unit), vec![self.one(&field)?]),

@@ -6,7 +6,29 @@ use crate::formula::Expression;
 use crate::vehicle::Variable;
 
 /// Names that formulas and rows of agents use for something else.
-const RESERVED: &[&str] = &["t", "i", "N", "pi", "id", "vehicle", "position", "velocity", "with", "and", "or", "not"];
+const RESERVED: &[&str] = &[
+    "t",
+    "i",
+    "j",
+    "N",
+    "dt",
+    "pi",
+    "seed",
+    "id",
+    "vehicle",
+    "position",
+    "velocity",
+    "with",
+    "and",
+    "or",
+    "not",
+    "a_ij",
+    "b_i",
+    "state",
+    "reference",
+    "estimate",
+    "command",
+];
 
 /// Most bytes of the name of a signal.
 pub(super) const LONGEST_NAME: usize = 64;
@@ -188,10 +210,14 @@ impl Names<'_> {
 
     fn name(&mut self, name: &str, path: &str) {
         let is_name = Expression::parse(name).is_ok_and(|expression| expression.names() == [name]);
-        if !is_name {
+        let is_word = name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+        if RESERVED.contains(&name) || (is_word && !is_name) {
+            let message = format!("`{name}` stands for something else in formulas: expected another name");
+            self.problems.at(self.root, path, message);
+        } else if !is_name {
             self.problems.at(self.root, path, "expected a name of letters, digits and `_` that begins with a letter");
-        } else if RESERVED.contains(&name) {
-            let message = format!("`{name}` stands for something else: expected another name");
+        } else if name.ends_with("_j") {
+            let message = "expected another end than `_j`, which means the signal of a neighbour in laws";
             self.problems.at(self.root, path, message);
         } else if self.known.iter().any(|known| known == name) {
             self.problems.at(self.root, path, format!("`{name}` stands for something else in this vehicle already"));

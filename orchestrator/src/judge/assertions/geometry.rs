@@ -22,6 +22,16 @@ pub const METRICS: [(&str, &str); 9] = [
     ("link_messages", "messages that were sent to the agent so far"),
 ];
 
+/// Where an agent is, without the heading of a planar robot, and its size.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    own: Span,
+    /// Radius, m.
+    radius: f64,
+    /// Which coordinates are angles.
+    angles: Vec<bool>,
+}
+
 /// Where an agent is, without the heading of a planar robot, and its place in the formation.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
@@ -33,8 +43,8 @@ pub(super) struct Place {
 
 /// Where all agents are and how large they are; known once for all assertions.
 pub(in crate::judge) struct Geometry {
-    /// Position, without angles, and radius in m of every agent; or why that is not known.
-    agents: Result<Arc<[(Span, f64)]>, String>,
+    /// All agents as bodies; or why that is not known.
+    agents: Result<Arc<[Body]>, String>,
     /// The shape of the formation as it is and as it should be; or why that is not known.
     places: Result<Arc<[Place]>, String>,
 }
@@ -42,7 +52,10 @@ pub(in crate::judge) struct Geometry {
 impl Geometry {
     pub(in crate::judge) fn new(assembly: &Assembly) -> Self {
         let count = assembly.scenario.context.agents.len();
-        let agent = |agent| Ok((position(assembly, agent)?, radius(assembly, agent)));
+        let agent = |agent: usize| {
+            let angles = assembly.scenario.context.agents[agent].angles.clone();
+            Ok(Body { own: position(assembly, agent)?, radius: radius(assembly, agent), angles })
+        };
         let place = |agent| {
             let (own, place) = (position(assembly, agent)?, place(assembly, agent)?);
             let length = own.length.min(place.length);
@@ -63,7 +76,7 @@ pub(super) fn place(assembly: &Assembly, agent: usize) -> Result<Span, String> {
 #[derive(Clone, Debug)]
 pub(super) enum Nearest {
     /// From other agents, at this place in the list; less the radii of both, or not.
-    Agent(usize, Arc<[(Span, f64)]>, bool),
+    Agent(usize, Arc<[Body]>, bool),
     /// From the shape of the formation: the agent at this place in the list, and all of them.
     Shape(usize, Arc<[Place]>),
     /// From obstacles: own position, and of each the centre and the distance that is to be kept.
@@ -123,10 +136,13 @@ impl Nearest {
         let least = f64::min;
         match self {
             Nearest::Agent(agent, agents, with_radii) => {
-                let (own, own_radius) = (agents[*agent].0.of(sample), agents[*agent].1);
+                let (here, own) = (&agents[*agent], agents[*agent].own.of(sample));
                 let others = agents.iter().enumerate().filter(|(index, _)| index != agent);
-                let keep_out = |radius: f64| if *with_radii { own_radius + radius } else { 0.0 };
-                let free = others.map(|(_, (span, radius))| norm_between(own, span.of(sample)) - keep_out(*radius));
+                let keep_out = |radius: f64| if *with_radii { here.radius + radius } else { 0.0 };
+                let free = others.map(|(_, other)| {
+                    let differences = own.iter().zip(other.own.of(sample)).map(|(a, b)| a - b);
+                    Fold::Norm.of(on_circle(differences, &here.angles)) - keep_out(other.radius)
+                });
                 free.fold(f64::INFINITY, least)
             }
             Nearest::Shape(agent, places) => {

@@ -39,8 +39,7 @@ pub(super) fn default_set(assembly: &Assembly, geometry: &Geometry) -> Vec<OwnMe
     let effort = "Integral of the squared norm of the input; sum of the agents.";
     set.add("effort", "integral(norm(command.input)^2, across = sum)", "", effort, &all);
     set.variation(&all);
-    let saturated = "Share of the time at which an input is at its limit; worst agent.";
-    set.add("saturation", "share(peak(command.input) >= UM*(1 - 1e-9))", "", saturated, &all);
+    set.saturation(&all);
     set.connectivity();
     set.metrics
 }
@@ -58,6 +57,34 @@ impl Set<'_> {
             let definition = Definition::own(id, text, unit, meaning.into());
             self.metrics.push(OwnMetric { id: id.into(), definition, value, reductions });
         }
+    }
+
+    /// The share of the time at which an input is at a limit, where all agents have the same limits.
+    fn saturation(&mut self, all: &[usize]) {
+        let agents = &self.assembly.scenario.context.agents;
+        let limits = agents.first().and_then(|agent| agent.vehicle.model()).map(|model| &model.limits);
+        let have_these = |limits: &Vec<(f64, f64)>| {
+            agents.iter().all(|agent| agent.vehicle.model().is_some_and(|model| model.limits == *limits))
+        };
+        let text = match limits {
+            None => "share(peak(command.input) >= UM*(1 - 1e-9))".to_string(),
+            Some(limits) if have_these(limits) => {
+                let name = |place: usize| match limits.len() {
+                    1 => "command.input".to_string(),
+                    _ => format!("command.input[{place}]"),
+                };
+                let at = |(place, (low, high)): (usize, &(f64, f64))| {
+                    let low = low.is_finite().then(|| format!("{} <= {:?}", name(place), low + 1e-9 * low.abs()));
+                    let high = high.is_finite().then(|| format!("{} >= {:?}", name(place), high - 1e-9 * high.abs()));
+                    low.into_iter().chain(high)
+                };
+                let conditions = limits.iter().enumerate().flat_map(at).collect::<Vec<_>>().join(" or ");
+                format!("share({conditions})")
+            }
+            Some(_) => return,
+        };
+        let meaning = "Share of the time at which an input is at its limit; worst agent.";
+        self.add("saturation", &text, "", meaning, all);
     }
 
     /// The total variation of the inputs, where all agents have as many.

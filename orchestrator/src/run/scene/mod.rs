@@ -102,10 +102,10 @@ impl Scene {
             journal: add("/rosout", JOURNAL)?,
         };
         let variant = if scenario.variant.is_empty() { String::new() } else { format!(" {}", scenario.variant) };
+        let title = if scenario.title.is_empty() { String::new() } else { format!("{}; ", scenario.title) };
         let greeting = format!(
-            "{}{variant}: {}; {} agents, {} s in steps of {} s",
+            "{}{variant}: {title}{} agents, {} s in steps of {} s",
             scenario.name,
-            scenario.title,
             context.agents.len(),
             context.timing.duration,
             context.timing.period()
