@@ -6,6 +6,7 @@
 
 #[path = "../../processes/examples/chain14/chain.rs"]
 mod chain;
+mod links;
 mod measure;
 mod table;
 mod vehicles;
@@ -46,7 +47,7 @@ pub fn main() -> ExitCode {
 }
 
 /// What is measured; all lines take turns.
-const LINES: [Line; 20] = [
+const LINES: [Line; 21] = [
     Line("yardstick of 6 agents", |core, steps| yardstick(6, core, steps)),
     Line("6 agents", |core, steps| processes(6, steps, core, Recording::Off)),
     Line("6 agents, events", |core, steps| processes_by(Wake::Events, 6, steps, &[core], Recording::Off)),
@@ -57,6 +58,7 @@ const LINES: [Line; 20] = [
     Line("uav, recording", |_, steps| step(uav(steps)?)),
     Line("robot as code", |core, steps| on_core(core, move || step(vehicles::code(steps * 20)?))),
     Line("robot by equations", |core, steps| on_core(core, move || step(vehicles::equations(steps * 20)?))),
+    Line("link", |core, steps| on_core(core, move || step(links::sample(steps)?))),
     Line("yardstick of 50 agents", |core, steps| yardstick(50, core, steps / 10)),
     Line("50 agents", |core, steps| processes(50, steps / 10, core, Recording::Off)),
     Line("50 agents on two cores", |core, steps| processes_on(50, steps / 10, &two(core)?, Recording::Off)),
@@ -138,6 +140,7 @@ fn rows(figures: &Figures) -> Vec<Row> {
     row("chain14, single, recording", "single, recording", None, Bound::Rate(150_000.0));
     row("uav at 1 ms, 15 processes, recording", "uav, recording", None, Bound::Rate(15_000.0));
     row("a vehicle by equations, beside code", "robot by equations", Some("robot as code"), Bound::Times(3.0));
+    row("a sample over a link", "link", None, Bound::Rate(20e6));
     row("chain14 on two cores, recording", "6 agents on two cores, recording", small, Bound::Times(1.6));
     // Per process, beside what one of 6 agents takes on the one core that is best for them.
     let crowds = [

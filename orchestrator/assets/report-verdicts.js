@@ -80,11 +80,15 @@ const reasonRow = (reason, columns) => (reason ? [element("tr", { class: "reason
 const metricsOfOne = (metrics) => {
   const judged = isThesisJudged(metrics);
   const stated = judged || metrics.some((metric) => metric.thesis);
-  const head = [["metric"], ["measured", "n"], ["in its range", "drawn"], ["regression range", "n"], [""], ...(stated ? [["thesis"]] : []), ...(judged ? [["against the thesis"]] : [])];
+  const ranged = metrics.some(rangeText);
+  const head = [["metric"], ["measured", "n"], ...(ranged ? [["in its range", "drawn"], ["regression range", "n"], [""]] : []), ...(stated ? [["thesis"]] : []), ...(judged ? [["against the thesis"]] : [])];
   const rows = metrics.map((metric) => {
     const cells = [
-      metricName(metric), cell("measured", "n", measured(metric)), cell("in its range", "drawn", bullet(metric) ?? ""),
-      cell("regression range", "n", rangeText(metric)), cell("in its range", rangeKind(metric.ok), rangeWord(metric.ok)),
+      metricName(metric), cell("measured", "n", measured(metric)),
+      ...(ranged ? [
+        cell("in its range", "drawn", bullet(metric) ?? ""), cell("regression range", "n", rangeText(metric)),
+        cell("in its range", rangeKind(metric.ok), rangeWord(metric.ok)),
+      ] : []),
     ];
     if (stated) cells.push(cell("thesis", saidKind(metric.thesis ?? ""), relation(metric.thesis ?? "")));
     if (judged) cells.push(cell("against the thesis", thesisKind(metric), thesisWord(metric)));

@@ -1,8 +1,12 @@
 //! Links between agents: delay, loss, rates, and what is seen of them.
 
-use recording::Log;
+use std::process::Command;
 
-use crate::program::Folder;
+use recording::Log;
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::own_programs::{compile, library_folder, python, root};
+use crate::program::{Finished, Folder, children, wait_until};
 
 /// Consensus of agents on a ring, over links that do everything.
 fn scenario(agents: &str, graph: &str, links: &str) -> String {
@@ -219,4 +223,70 @@ fn mistakes_have_their_place() {
         );
         assert!(stderr.contains("links.toml:"), "{links} has no place: {stderr}");
     }
+}
+
+/// A program of the same law in Python.
+const PYTHON: &str = r#"
+import phalanx
+
+with phalanx.Participant("controller") as me:
+    near = me.neighbours()
+    x, y = me.state("x"), me.state("y")
+    heard = [(me.state("x", agent=j), me.read("plant", "y", agent=j), me.read("plant", "link_age", agent=j)) for j in near]
+    u, age = me.output("input"), me.output("age")
+    for step in me:
+        dx = dy = old = 0.0
+        for x_j, y_j, age_j in heard:
+            dx += x_j.value[0] - x.value[0]
+            dy += y_j.value[0] - y.value[0]
+            old += age_j.value[0]
+        u.value, age.value = [dx, dy], old
+"#;
+
+#[test]
+fn programs_of_any_language_hear_what_the_law_hears() {
+    let folder = Folder::new();
+    folder.write("links.toml", &scenario(FOUR, RING, EVERYTHING));
+    folder.write("hears.py", PYTHON);
+    let mut programs = vec![compile(&folder, "tests/system/programs/hears.c", "hears")];
+    programs.extend(python().map(|python| format!("{python} hears.py")));
+    let digest = |swaps: &[String]| {
+        let swaps = swaps.iter().flat_map(|swap| ["--swap", swap]);
+        let arguments = ["run", "links.toml", "-q", "--out", "links.mcap", "--set", "timing.duration=5"];
+        let mut run: Command = folder.phalanx(&arguments.into_iter().chain(swaps).collect::<Vec<_>>());
+        run.env("PYTHONPATH", root().join("python/src")).env("PHALANX_LIBRARY", library_folder().join("libphalanx.so"));
+        let end = Finished(run.output().expect("the program starts"));
+        assert_eq!(end.code(), 0, "{}", end.stderr());
+        folder.samples("links.mcap")
+    };
+    let plain = digest(&[]);
+    for program in programs {
+        assert_eq!(digest(&[format!("controller.2={program}"), format!("controller.4={program}")]), plain, "{program}");
+        let end = folder.run(&["replay", "links.mcap", "--only", "controller.2", "--swap", "controller.2=builtin"]);
+        assert_eq!(end.code(), 0, "{}{}", end.stdout(), end.stderr());
+    }
+}
+
+#[test]
+fn a_kill_in_mid_run_changes_nothing() {
+    let folder = Folder::new();
+    folder.write("links.toml", &scenario(FOUR, RING, EVERYTHING));
+    let calm = ["run", "links.toml", "--placement", "single", "-q", "--json", "--out", "calm.mcap"];
+    let calm = folder.run(&calm).json()["sha256"].clone();
+    let disturbed =
+        ["run", "links.toml", "--on-failure", "restart", "--realtime", "10", "-q", "--json", "--out", "disturbed.mcap"];
+    let run = folder.start(&disturbed);
+    wait_until("the log grows", || {
+        std::fs::metadata(folder.path("disturbed.mcap")).is_ok_and(|file| file.len() > 30_000)
+    });
+    // The last one carries the links.
+    let processes = children(run.id());
+    for victim in [processes.len() - 1, 2] {
+        let pid = Pid::from_raw(processes[victim] as i32).expect("a process id");
+        kill_process(pid, Signal::KILL).expect("it runs");
+    }
+    let end = Finished(run.wait_with_output().expect("an end"));
+    assert_eq!(end.json()["sha256"], calm, "{}", end.stderr());
+    let replaced = end.json()["replaced"].to_string();
+    assert!(replaced.contains("effects") || replaced.contains("links"), "{replaced}");
 }

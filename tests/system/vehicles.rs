@@ -173,7 +173,11 @@ fn mistakes_in_a_vehicle_are_located() {
         ),
         ("angles", "position = [\"x\", \"y\", \"theta\", \"v\"]\nangles", &[]),
         ("track = 0.3", "track = 0", &["vehicle.d.theta: its value is NaN at t = 0 for agent 1"]),
-        ("v_max = 0.8", "t = 0.8", &["vehicle.parameters.t: `t` stands for something else: expected another name"]),
+        (
+            "v_max = 0.8",
+            "t = 0.8",
+            &["vehicle.parameters.t: `t` stands for something else in formulas: expected another name"],
+        ),
         (
             "outputs.wheels = ",
             "outputs.theta = ",
@@ -251,4 +255,104 @@ fn a_vehicle_may_stand_in_a_file_of_its_own_and_the_log_needs_it_no_more() {
     let run = folder.run(&["run", "one.toml", "-q"]);
     assert_eq!(run.code(), 2);
     assert!(run.stderr().contains("one.toml:7:8: vehicle.file: boat.toml: "), "{}", run.stderr());
+}
+
+/// A scenario of two masses whose parts may be exchanged.
+const MASSES: &str = r#"
+name = "masses"
+agents = [{ p = 1, v = 0 }, { p = -1, v = 0 }]
+
+[timing]
+dt = 0.1
+duration = 1
+
+[vehicle]
+kind = "equations"
+states = { p = "m", v = "m/s" }
+inputs = { u = { unit = "m/s^2", low = -0.5, high = 0.5 } }
+define.a = "u"
+d.p = "v"
+d.v = "a"
+position = ["p"]
+outputs.energy = "v^2/2"
+
+[plant]
+substeps = 2
+
+[controller]
+kind = "formulas"
+define.e = "p"
+law.u = "-e - v"
+"#;
+
+#[test]
+fn what_means_two_things_or_no_number_is_refused() {
+    let folder = Folder::new();
+    folder.write("masses.toml", MASSES);
+    assert!(succeeds(&folder, &["validate", "masses.toml"]).contains("valid"));
+    let rows: &[(&str, &str, &[&str])] = &[
+        ("v = \"m/s\" }", "dt = \"m/s\" }", &["vehicle.states.dt: `dt` stands for something else"]),
+        ("v = \"m/s\" }", "sin = \"m/s\" }", &["vehicle.states.sin: `sin` stands for something else"]),
+        ("v = \"m/s\" }", "p_j = \"m/s\" }", &["vehicle.states.p_j: expected another end than `_j`"]),
+        ("{ p = 1, v = 0 }", "{ p = 1, v = 0, position = [2] }", &["agents.1.p: `position` gives this state, too"]),
+        (
+            "define.a = \"u\"",
+            "define.a = \"b\"\ndefine.b = \"u\"",
+            &["vehicle.define.a: uses `b`, which is defined below it"],
+        ),
+        ("define.a = \"u\"", "define.a = \"a + u\"", &["vehicle.define.a: `a` depends on itself"]),
+        ("energy = \"v^2/2\"", "energy = []", &["vehicle.outputs.energy: expected at least one formula"]),
+        ("energy = \"v^2/2\"", "energy = { value = \"v\", unit = \"m\\n\" }", &["expected a unit in one line"]),
+        ("define.e = \"p\"", "define.v = \"p\"", &["controller.define.v: `v` stands for something else in laws"]),
+        (
+            "define.e = \"p\"",
+            "states.t = { d = \"1\" }",
+            &["controller.states.t: `t` stands for something else in laws"],
+        ),
+        (
+            "law.u = \"-e - v\"",
+            "law.u = \"v/v\"",
+            &["controller.law.u: controller_1 cannot compute the first step", "\"v/v\""],
+        ),
+        (
+            "law.u = \"-e - v\"",
+            "law.u = \"-e - v\"\n[expect]\neffrt = { low = 1 }",
+            &["no metric is called `effrt`", "did you mean `effort`?"],
+        ),
+    ];
+    for (old, new, expected) in rows {
+        assert!(MASSES.contains(old), "{old}");
+        folder.write("masses.toml", &MASSES.replacen(old, new, 1));
+        let end = folder.run(&["validate", "masses.toml"]);
+        let stderr = end.stderr();
+        assert_eq!(end.code(), 2, "{new}: {stderr}");
+        for text in *expected {
+            assert!(stderr.contains(text), "{new}: {text:?} is not in\n{stderr}");
+        }
+        // A mistake in a formula is one problem.
+        assert!(
+            stderr.contains("1 problem") || new.ends_with("m/s\" }") || new.contains("position"),
+            "{new}: {stderr}"
+        );
+    }
+}
+
+#[test]
+fn inputs_at_their_limits_are_a_metric_and_angles_have_no_turns() {
+    let folder = Folder::new();
+    folder.write("masses.toml", MASSES);
+    let end = folder.run(&["run", "masses.toml", "--placement", "single", "-q", "--json", "--out", "masses.mcap"]);
+    let share = end.json()["metrics"]["saturation"]["value"].as_f64().expect("a share");
+    assert!((0.3..1.0).contains(&share), "{share}");
+
+    // Two pendulums just left and right of the same place.
+    let angles = MASSES
+        .replace("position = [\"p\"]", "position = [\"p\"]\nangles = [\"p\"]")
+        .replace("p = 1, v", "p = 3.1, v")
+        .replace("p = -1, v", "p = -3.1, v")
+        .replace("law.u = \"-e - v\"", "law.u = 0*e");
+    folder.write("angles.toml", &angles.replace("law.u = 0*e", "law.u = \"0*e\""));
+    let end = folder.run(&["run", "angles.toml", "--placement", "single", "-q", "--json", "--out", "angles.mcap"]);
+    let gap = end.json()["metrics"]["gap_min"]["value"].as_f64().expect("a distance");
+    assert!((gap - (std::f64::consts::TAU - 6.2)).abs() < 1e-12, "{gap}");
 }

@@ -43,7 +43,8 @@ pub(super) fn assemble_for(catalog: &Catalog, args: &ScenarioArgs, swaps: &[Stri
 /// Whether there is a metric for every expectation, where the scenario names no set: those of a set depend on more than the scenario.
 fn check_expected(assembly: &Assembly, own: &[OwnMetric]) -> Result<(), Failure> {
     let scenario = &assembly.scenario;
-    if !scenario.metrics.is_empty() || !scenario.overrides.is_empty() {
+    let names_set = scenario.section("metrics").is_some_and(|section| section.as_table().is_none());
+    if names_set || !scenario.metrics.is_empty() || !scenario.overrides.is_empty() {
         return Ok(());
     }
     let ids = || own.iter().map(|metric| metric.id.as_str());

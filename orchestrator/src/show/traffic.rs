@@ -33,9 +33,9 @@ impl Traffic {
         self.lost as f64 / self.sent as f64
     }
 
-    /// Messages per second.
+    /// Messages per second: of the period of a link that has one, or in the mean over the run.
     pub fn rate(&self) -> f64 {
-        self.sent as f64 / self.duration
+        if self.asked.rate.is_some() && self.sent > 1 { 1.0 / self.interval } else { self.sent as f64 / self.duration }
     }
 
     /// Bytes that were sent, lost ones included.

@@ -3,8 +3,9 @@
 use formation::formula::{Cursor, FormulaError, Operands};
 use formation::wiring::Assembly;
 
+use super::fold::Fold;
 use super::geometry::{Geometry, Nearest, place};
-use super::slot::{About, Fold, Slot};
+use super::slot::{About, Slot};
 use super::span::Span;
 
 /// What the signal of the agent at this place reads: `state.position[2]`, `norm(state.position[0:3] - reference.position)`, `t`

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use formation::wiring::Assembly;
 use lockstep::ChannelId;
 
-use super::slot::{Fold, on_circle};
+use super::fold::{Fold, on_circle};
 use super::span::Span;
 use crate::judge::metrics::norm_between;
 

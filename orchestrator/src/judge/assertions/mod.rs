@@ -34,6 +34,7 @@
 mod bound;
 mod field;
 mod finding;
+mod fold;
 mod geometry;
 mod history;
 mod message;

@@ -6,8 +6,9 @@ use lockstep::ChannelId;
 
 use super::Signal;
 use super::field::Fields;
+use super::fold::Fold;
 use super::geometry::{Geometry, METRICS};
-use super::slot::{Fold, Slot};
+use super::slot::Slot;
 
 /// Compiles the signal `text` of the agent at this place, which is a number.
 ///

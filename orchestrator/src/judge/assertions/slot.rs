@@ -1,19 +1,10 @@
 //! What fills the slots of a formula at every step.
 
-use formation::math::wrap;
 use lockstep::ChannelId;
 
+use super::fold::{Fold, on_circle};
 use super::geometry::Nearest;
 use super::span::Span;
-
-/// How a vector becomes a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fold {
-    Norm,
-    Peak,
-    Largest,
-    Smallest,
-}
 
 /// What a slot of a formula holds.
 #[derive(Clone, Debug)]
@@ -54,20 +45,6 @@ impl About {
     }
 }
 
-impl Fold {
-    pub(super) const ALL: [(&str, Fold); 4] =
-        [("norm", Fold::Norm), ("peak", Fold::Peak), ("largest", Fold::Largest), ("smallest", Fold::Smallest)];
-
-    pub(super) fn of(self, values: impl Iterator<Item = f64>) -> f64 {
-        match self {
-            Fold::Norm => values.map(|value| value * value).sum::<f64>().sqrt(),
-            Fold::Peak => values.fold(0.0, |peak, value| peak.max(value.abs())),
-            Fold::Largest => values.fold(f64::NEG_INFINITY, f64::max),
-            Fold::Smallest => values.fold(f64::INFINITY, f64::min),
-        }
-    }
-}
-
 impl Slot {
     /// What it holds at `time`, in s.
     pub(super) fn value<'s>(&self, time: f64, sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
@@ -86,12 +63,6 @@ impl Slot {
             }
         }
     }
-}
-
-/// Differences of coordinates, those of angles (none beyond the end of `angles`) taken on the circle.
-pub(super) fn on_circle(differences: impl Iterator<Item = f64>, angles: &[bool]) -> impl Iterator<Item = f64> {
-    let is_angle = angles.iter().copied().chain(std::iter::repeat(false));
-    differences.zip(is_angle).map(|(difference, is_angle)| if is_angle { wrap(difference) } else { difference })
 }
 
 #[cfg(test)]

@@ -63,7 +63,11 @@ impl Verdict {
     /// wide as it is; without the last two columns if the thesis states nothing.
     pub fn table(&self, columns: Option<usize>) -> String {
         let held = self.not_held.is_none();
-        let mut head = vec![("metric", Left), ("measured", Right), ("regression range", Right), ("", Left)];
+        let is_ranged = self.rows.iter().any(|row| row.in_range().is_some());
+        let mut head = vec![("metric", Left), ("measured", Right)];
+        if is_ranged {
+            head.extend([("regression range", Right), ("", Left)]);
+        }
         let is_published = self.counts().is_published();
         if is_published {
             head.extend([("thesis", Left), ("against it", Left)]);
@@ -71,7 +75,10 @@ impl Verdict {
         let mut table = Table::new(head).ruled();
         for row in &self.rows {
             let word = if held || row.in_range().is_none() { row.range_word() } else { "not held" };
-            let mut cells = vec![row.id.clone(), short(row.value), row.range(), word.into()];
+            let mut cells = vec![row.id.clone(), short(row.value)];
+            if is_ranged {
+                cells.extend([row.range(), word.into()]);
+            }
             if is_published {
                 let word = if held { row.thesis_word() } else { String::new() };
                 cells.extend([row.expectation.thesis.clone(), word]);
