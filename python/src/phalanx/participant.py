@@ -118,7 +118,7 @@ class Output(_Signal):
 
     @property
     def value(self) -> NDArray[np.float64]:
-        """The place of the numbers of this step, to be filled: `output.value[:] = ...` or `output.value = ...`."""
+        """The place of the numbers of this step, to be filled: `output.value[:] = ...` or `output.value = ...`; a single one may be bare."""
         if not self._handle.in_step:
             raise self._out_of_step()
         self._touched = True
@@ -129,6 +129,8 @@ class Output(_Signal):
     @value.setter
     def value(self, numbers: ArrayLike) -> None:
         numbers = np.asarray(numbers, dtype=np.float64)
+        if self._length == 1 and not numbers.shape:
+            numbers = numbers.reshape(1)
         if numbers.shape != (self._length,):
             raise ValueError(f"output `{self.name}` takes {self._length} numbers in a row, found the shape {numbers.shape}")
         self.value[:] = numbers
