@@ -60,7 +60,12 @@ fn matching(network: &Network, nodes: &[NodeRole], name: &str) -> Result<(SwapTa
             let is_in = |agent: &usize| agents.contains(&(agent + 1));
             let meant: Vec<usize> = of_role().filter(|&node| nodes[node].agents.iter().all(is_in)).collect();
             let served = |agent: &&usize| of_role().any(|node| nodes[node].agents.contains(&(**agent - 1)));
-            if agents.iter().all(|agent| served(&agent)) { meant } else { Vec::new() }
+            if let Some(agent) = agents.iter().find(|agent| !served(agent)) {
+                let most =
+                    of_role().flat_map(|node| nodes[node].agents.iter()).map(|agent| agent + 1).max().unwrap_or(0);
+                return Err(format!("there is no {} of agent {agent}, expected agents 1 to {most}", target.role));
+            }
+            meant
         }
     };
     if meant.is_empty() { Err(unknown()) } else { Ok((target, meant)) }

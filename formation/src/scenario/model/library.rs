@@ -110,7 +110,18 @@ pub struct VehicleParts {
 pub(in crate::scenario) fn resolve(root: &mut Node, file: &str) -> Result<(), Problem> {
     let names = root.at("vehicles").and_then(Node::as_table).into_iter().flat_map(|table| table.iter());
     let named: Vec<String> = names.map(|(name, _)| format!("vehicles.{name}")).collect();
-    std::iter::once("vehicle".to_string()).chain(named).try_for_each(|path| resolve_one(root, &path, file))
+    std::iter::once("vehicle".to_string()).chain(named).try_for_each(|path| {
+        assume_equations(root, &path);
+        resolve_one(root, &path, file)
+    })
+}
+
+/// A section without a kind that has what only equations have is one of these.
+fn assume_equations(root: &mut Node, path: &str) {
+    let Some(table) = root.at_mut(path).and_then(Node::as_table_mut) else { return };
+    if table.get("kind").is_none() && ["file", "states", "d"].into_iter().any(|field| table.get(field).is_some()) {
+        table.insert("kind", Node::from_override(Value::String("equations".into()), &format!("{path}.kind")));
+    }
 }
 
 fn resolve_one(root: &mut Node, path: &str, file: &str) -> Result<(), Problem> {
