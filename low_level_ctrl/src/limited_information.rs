@@ -166,7 +166,7 @@ impl Component for LimitedInformation {
     fn build(&self, context: &Context, agents: &[usize], bind: &mut Bind) -> Result<Box<dyn Participant>, Refusal> {
         let agent = agents[0];
         let vehicle = planar(context, agent)?;
-        let row = AdjacencyRow::new(&context.topology, context.proximity, agent);
+        let row = AdjacencyRow::new(&context.topology, context.proximity.clone(), agent);
         let mut others = Vec::new();
         let mut radii = Vec::new();
         for &other in row.heard() {

@@ -111,3 +111,32 @@ fn ten_thousand_agents_with_ten_neighbours() {
     let text = folder.run(&["graph", "many.toml", "--topology"]).stdout();
     assert!(text.contains("50000 links, both ways") && text.contains("left out for more than 500 agents"), "{text}");
 }
+
+#[test]
+fn weights_may_be_formulas_of_the_distance() {
+    let folder = Folder::new();
+    let graph = |weight: &str| {
+        let text = scenario(3, &format!("graph = \"line\"\nany_graph = true\nproximity = {{ Rc = 5, {weight} }}"));
+        let law = "law.u1 = \"sum(a_ij)\"\nlaw.u2 = 0\nlaw.u3 = 0\nsignals.weight = \"sum(a_ij)\"";
+        text.replace("kind = \"consensus\"\nk_x = 1\nk_v = 2", &format!("kind = \"formulas\"\n{law}"))
+    };
+    folder.write("near.toml", &graph("weight = \"exp(-distance)\""));
+    for (placement, log) in [("single", "single.mcap"), ("processes", "processes.mcap")] {
+        let end = folder.run(&["run", "near.toml", "--placement", placement, "-q", "--out", log]);
+        assert_eq!(end.code(), 0, "{}", end.stderr());
+    }
+    assert_eq!(folder.samples("single.mcap"), folder.samples("processes.mcap"));
+    let log = recording::Log::open(&folder.path("single.mcap")).expect("a log");
+    let weight = log.signal("/agent_1/command", "weight").expect("a weight").row(0)[0];
+    // A static link to agent 2, and one over a distance of 2 m to agent 3.
+    assert!((weight - 1.0 - (-2.0_f64).exp()).abs() < 1e-15, "{weight}");
+    for (weight, expected) in [
+        ("weight = \"exp(-distanc)\"", "did you mean `distance`?"),
+        ("weight = 1, f_max = 2", "topology.proximity.f_max: expected either f_max, f_slope and f_mid or weight"),
+        ("f_max = 2", "topology.proximity.f_slope: missing; or instead weight"),
+    ] {
+        folder.write("near.toml", &graph(weight));
+        let end = folder.run(&["validate", "near.toml"]);
+        assert!(end.code() == 2 && end.stderr().contains(expected), "{weight}: {}", end.stderr());
+    }
+}

@@ -11,12 +11,12 @@ pub struct Graph {
 }
 
 impl Graph {
-    pub(super) fn new(topology: &Topology, proximity: Option<Proximity>) -> Self {
-        Self { topology: topology.clone(), proximity }
+    pub(super) fn new(topology: &Topology, proximity: Option<&Proximity>) -> Self {
+        Self { topology: topology.clone(), proximity: proximity.cloned() }
     }
 
     /// All graphs of a run: first step and graph, in order.
-    pub(super) fn over_time(topology: &TopologySchedule, proximity: Option<Proximity>) -> Vec<(u64, Self)> {
+    pub(super) fn over_time(topology: &TopologySchedule, proximity: Option<&Proximity>) -> Vec<(u64, Self)> {
         topology.intervals().iter().map(|(start, graph)| (*start, Self::new(graph, proximity))).collect()
     }
 
@@ -27,7 +27,7 @@ impl Graph {
 
     /// The same if both are `distance` (m) apart: where there is no static link, that of `topology.proximity`.
     pub fn weight_at(&self, i: AgentNumber, j: AgentNumber, distance: f64) -> f64 {
-        match self.proximity {
+        match &self.proximity {
             Some(proximity) if i != j && self.weight(i, j) == 0.0 => proximity.weight(distance),
             _ => self.weight(i, j),
         }

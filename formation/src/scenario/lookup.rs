@@ -44,12 +44,12 @@ pub enum LookupError {
 impl Scenario {
     /// The communication graph at the start of the run.
     pub fn graph(&self) -> Graph {
-        Graph::new(self.context.topology.first(), self.context.proximity)
+        Graph::new(self.context.topology.first(), self.context.proximity.as_ref())
     }
 
     /// The communication graphs of the run, each with the step from which on it holds, in order.
     pub fn graphs(&self) -> Vec<(u64, Graph)> {
-        Graph::over_time(&self.context.topology, self.context.proximity)
+        Graph::over_time(&self.context.topology, self.context.proximity.as_ref())
     }
 
     /// Whether there is a value of this name.

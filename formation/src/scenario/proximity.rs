@@ -2,11 +2,15 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::{Deserializer, Error};
 
+use crate::config::FormulaText;
+use crate::formula::{Expression, Formula, Operand};
 use crate::math::TopologySchedule;
 
-/// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range. (4.5)
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+/// A link between agents that are close to each other: `f(z) = f_max / (1 + exp(f_slope (z - f_mid)))` up to the range (4.5), or
+/// `weight`.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Proximity {
     /// Whether there are such links; without them the graph is the static one.
@@ -16,11 +20,48 @@ pub struct Proximity {
     #[serde(rename = "Rc")]
     pub range: f64,
     /// Weight of two agents in one place, nearly.
+    #[serde(default = "missing")]
+    #[schemars(with = "Option<f64>")]
     pub f_max: f64,
     /// Steepness, 1/m.
+    #[serde(default = "missing")]
+    #[schemars(with = "Option<f64>")]
     pub f_slope: f64,
     /// Distance of half that weight, m.
+    #[serde(default = "missing")]
+    #[schemars(with = "Option<f64>")]
     pub f_mid: f64,
+    /// Instead of these three, the weight as a formula of `distance`, m: `"exp(-distance^2)"`. Below 0 it counts as 0.
+    #[schemars(with = "Option<FormulaText>")]
+    pub weight: Option<WeightFormula>,
+}
+
+/// A formula of the distance.
+#[derive(Clone, Debug)]
+pub struct WeightFormula {
+    text: String,
+    formula: Formula,
+}
+
+impl PartialEq for WeightFormula {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
+impl<'de> Deserialize<'de> for WeightFormula {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let FormulaText(text) = FormulaText::deserialize(deserializer)?;
+        let distance = |name: &str| (name == "distance").then_some(Operand::Slot(0));
+        let compiled = Expression::parse(&text).and_then(|expression| expression.compile(distance));
+        let wrong = |error: crate::formula::FormulaError| error.with_hint(&text, ["distance", "pi"]).within(&text);
+        let formula = compiled.map_err(|error| D::Error::custom(wrong(error)))?;
+        Ok(Self { text, formula })
+    }
+}
+
+fn missing() -> f64 {
+    f64::NAN
 }
 
 fn on() -> bool {
@@ -30,11 +71,28 @@ fn on() -> bool {
 impl Proximity {
     /// Weight of the link between agents at distance `z`, in m.
     pub fn weight(&self, z: f64) -> f64 {
+        if let Some(weight) = &self.weight {
+            return if z <= self.range { weight.formula.evaluate(&[z]).max(0.0) } else { 0.0 };
+        }
         if z <= self.range { self.f_max / (1.0 + libm::exp(self.f_slope * (z - self.f_mid))) } else { 0.0 }
     }
 
     /// What is wrong with these numbers: field and message.
     pub(super) fn findings(&self) -> Vec<(&'static str, String)> {
+        let fields = [("f_max", self.f_max), ("f_slope", self.f_slope), ("f_mid", self.f_mid)];
+        if let Some(weight) = &self.weight {
+            let range = (!(self.range.is_finite() && self.range > 0.0))
+                .then(|| ("Rc", format!("expected a range > 0 m, found {}", self.range)));
+            let both = fields.iter().find(|(_, value)| !value.is_nan());
+            let both =
+                both.map(|(field, _)| (*field, "expected either f_max, f_slope and f_mid or weight".to_string()));
+            let value = weight.formula.evaluate(&[0.5 * self.range]);
+            let value = (!value.is_finite()).then(|| ("weight", format!("its value at half the range is {value}")));
+            return [range, both, value].into_iter().flatten().collect();
+        }
+        if let Some((field, _)) = fields.iter().find(|(_, value)| value.is_nan()) {
+            return vec![(*field, "missing; or instead weight, a formula of the distance".into())];
+        }
         let demands = [
             ("Rc", self.range, self.range > 0.0, "a range > 0 m"),
             ("f_max", self.f_max, self.f_max >= 0.0, "a weight >= 0"),
@@ -107,7 +165,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const PROXIMITY: Proximity = Proximity { enabled: true, range: 1.5, f_max: 0.2, f_slope: 14.0, f_mid: 1.1 };
+    const PROXIMITY: Proximity =
+        Proximity { enabled: true, range: 1.5, f_max: 0.2, f_slope: 14.0, f_mid: 1.1, weight: None };
 
     fn row(proximity: Option<Proximity>) -> AdjacencyRow {
         let heard = if proximity.is_some() { vec![1, 2] } else { vec![2] };

@@ -62,7 +62,7 @@ const REFERENCE_WEIGHT: usize = 3;
 impl Program {
     /// Compiles the law of `agent` and binds what it reads.
     pub(super) fn read(law: &Formulas, context: &Context, agent: usize, bind: &mut Bind) -> Result<Self, Refusal> {
-        let row = AdjacencyRow::new(&context.topology, context.proximity, agent);
+        let row = AdjacencyRow::new(&context.topology, context.proximity.clone(), agent);
         let heard = row.heard().to_vec();
         let mut compiler = Compiler {
             context,

@@ -19,7 +19,8 @@ fn at(x: f64, y: f64) -> Motion {
 
 /// Agent 1 of three: receives from agent 3 only, unless others come close.
 fn controller(apf: bool, near: bool) -> LimitedInformationController {
-    let proximity = near.then_some(Proximity { enabled: true, range: 1.5, f_max: 0.2, f_slope: 14.0, f_mid: 1.1 });
+    let proximity =
+        near.then_some(Proximity { enabled: true, range: 1.5, f_max: 0.2, f_slope: 14.0, f_mid: 1.1, weight: None });
     let topology = TopologySchedule::from(Topology::ring(vec![2.0; 3]));
     let row = AdjacencyRow::new(&topology, proximity, 0);
     let heard = row.heard().len();

@@ -10,13 +10,20 @@ use super::span::Span;
 use crate::judge::metrics::norm_between;
 
 /// What an assertion may name as its `metric`, or use within a signal; with its meaning. Distances are in m.
-pub const METRICS: [(&str, &str); 9] = [
+pub const METRICS: [(&str, &str); 13] = [
     ("distance", "from the centre of the agent to that of the nearest other one"),
     ("gap", "the same, less the radii of both; below 0 they collide"),
     ("obstacle_gap", "from the edge of the agent to that of the nearest obstacle"),
     ("obstacle_margin", "from the centre of the agent to the inner boundary of the nearest obstacle"),
     ("tracking", "from the position of the agent to its place in the formation"),
     ("formation", "from the position relative to another agent to that of the references; the largest over the others"),
+    ("edge_longest", "distance to the farthest of the in-neighbours"),
+    ("edge_shortest", "distance to the nearest of the in-neighbours"),
+    ("edge_error", "distance to an in-neighbour against that of the references; the largest over the in-neighbours"),
+    (
+        "bearing_error",
+        "direction of an in-neighbour against that of the references, rad; the largest over the in-neighbours",
+    ),
     ("link_age", "age of what the agent has received, s; the largest over its links"),
     ("link_loss", "share of the messages to the agent that were lost so far"),
     ("link_messages", "messages that were sent to the agent so far"),
@@ -39,6 +46,36 @@ pub(super) struct Place {
     reference: Span,
     /// Which coordinates are angles.
     angles: Vec<bool>,
+}
+
+/// What is asked of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Edge {
+    Longest,
+    Shortest,
+    /// The length against that of the references.
+    Error,
+    /// The direction against that of the references, rad.
+    Bearing,
+}
+
+impl Edge {
+    fn of<'s>(self, here: &Place, there: &Place, sample: &impl Fn(ChannelId) -> &'s [f64]) -> f64 {
+        let edge = |from: Span, to: Span| from.of(sample).iter().zip(to.of(sample)).map(|(from, to)| to - from);
+        let length = |from: Span, to: Span| Fold::Norm.of(on_circle(edge(from, to), &here.angles));
+        let own = length(here.own, there.own);
+        match self {
+            Edge::Longest | Edge::Shortest => own,
+            Edge::Error => (own - length(here.reference, there.reference)).abs(),
+            Edge::Bearing => {
+                let product = edge(here.own, there.own).zip(edge(here.reference, there.reference));
+                let product: f64 = product.map(|(a, b)| a * b).sum();
+                let cosine = product / (own * length(here.reference, there.reference));
+                // Two agents in one place have no direction.
+                if cosine.is_nan() { std::f64::consts::PI } else { libm::acos(cosine.clamp(-1.0, 1.0)) }
+            }
+        }
+    }
 }
 
 /// Where all agents are and how large they are; known once for all assertions.
@@ -79,6 +116,8 @@ pub(super) enum Nearest {
     Agent(usize, Arc<[Body]>, bool),
     /// From the shape of the formation: the agent at this place in the list, and all of them.
     Shape(usize, Arc<[Place]>),
+    /// Along the edges of the graph: the agent at this place in the list, its in-neighbours at any time, and all of them.
+    Edges(Edge, usize, Vec<usize>, Arc<[Place]>),
     /// From obstacles: own position, and of each the centre and the distance that is to be kept.
     Obstacle(Span, Vec<([f64; 2], f64)>),
 }
@@ -101,6 +140,10 @@ impl Nearest {
                 Ok(places) => Ok(Self::Shape(agent, places.clone())),
                 Err(why) => Err(why.clone()),
             }),
+            "edge_longest" => Some(Self::edges(Edge::Longest, assembly, geometry, agent)),
+            "edge_shortest" => Some(Self::edges(Edge::Shortest, assembly, geometry, agent)),
+            "edge_error" => Some(Self::edges(Edge::Error, assembly, geometry, agent)),
+            "bearing_error" => Some(Self::edges(Edge::Bearing, assembly, geometry, agent)),
             "distance" => Some(agents(false)),
             "gap" => Some(agents(true)),
             "obstacle_gap" => Some(Self::obstacles(assembly, agent, false)),
@@ -114,8 +157,22 @@ impl Nearest {
         match self {
             Nearest::Agent(_, agents, _) => agents.len() < 2,
             Nearest::Shape(_, places) => places.len() < 2,
-            Nearest::Obstacle(..) => false,
+            Nearest::Edges(..) | Nearest::Obstacle(..) => false,
         }
+    }
+
+    fn edges(what: Edge, assembly: &Assembly, geometry: &Geometry, agent: usize) -> Result<Self, String> {
+        let places = match what {
+            // The lengths need no references.
+            Edge::Longest | Edge::Shortest => {
+                let bodies = geometry.agents.as_ref().map_err(Clone::clone)?;
+                let place = |body: &Body| Place { own: body.own, reference: body.own, angles: body.angles.clone() };
+                bodies.iter().map(place).collect()
+            }
+            Edge::Error | Edge::Bearing => Arc::clone(geometry.places.as_ref().map_err(Clone::clone)?),
+        };
+        let neighbours = assembly.scenario.context.topology.neighbourhood(agent).heard().to_vec();
+        Ok(Self::Edges(what, agent, neighbours, places))
     }
 
     fn obstacles(assembly: &Assembly, agent: usize, inner: bool) -> Result<Self, String> {
@@ -156,6 +213,14 @@ impl Nearest {
                     Fold::Norm.of(on_circle(differences, &here.angles))
                 };
                 (0..places.len()).filter(|other| other != agent).map(apart).fold(0.0, f64::max)
+            }
+            Nearest::Edges(what, agent, neighbours, places) => {
+                let here = &places[*agent];
+                let each = neighbours.iter().map(|&other| what.of(here, &places[other], sample));
+                match what {
+                    Edge::Shortest => each.fold(f64::INFINITY, least),
+                    _ => each.fold(0.0, f64::max),
+                }
             }
             Nearest::Obstacle(own, discs) => {
                 let own = own.of(sample);

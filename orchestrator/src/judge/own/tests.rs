@@ -144,3 +144,11 @@ fn mistakes_have_their_place() {
         assert!(found.contains(expected), "{metrics}\n{found}");
     }
 }
+
+#[test]
+fn edges_have_lengths_and_directions() {
+    // At the end the first robot is at 0.2, the others at 1; the references of these samples are all 0.
+    assert_eq!(["final(edge_longest)", "final(edge_shortest)", "final(edge_error)"].map(value), [0.8; 3]);
+    assert_eq!(value("final(bearing_error)"), std::f64::consts::PI);
+    assert_eq!(value("max(edge_longest)"), 4.0);
+}
