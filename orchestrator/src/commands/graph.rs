@@ -13,6 +13,7 @@ use super::select::assemble;
 use super::topology;
 use crate::catalog::Catalog;
 use crate::failure::Failure;
+use crate::judge::verdict::short;
 use crate::terminal::{columns, counted, wrapped};
 
 /// How a graph is written.
@@ -116,7 +117,30 @@ fn as_text(assembly: &Assembly, phases: &[usize], edges: &Edges) -> String {
             let _ = writeln!(text, "    writes: {}", topics.join(", "));
         }
     }
-    text
+    text + &links(assembly)
+}
+
+/// The links with what is asked of them: those that are alike in one line.
+fn links(assembly: &Assembly) -> String {
+    let mut alike: Vec<(String, Vec<String>)> = Vec::new();
+    for link in assembly.links() {
+        let number = |value: Option<f64>, unit: &str| value.map_or("by formula".into(), |value| short(value) + unit);
+        let rate = link.rate.map_or("on demand".into(), |rate| short(rate) + " Hz");
+        let signal = link.topic.rsplit('/').next().unwrap_or_default();
+        let (delay, loss) = (number(link.delay, " s"), number(link.loss, ""));
+        let model = format!("{signal}, mean delay {delay}, loss {loss}, {rate}");
+        let [from, to] = link.agents;
+        let name = format!("{from} -> {to}");
+        match alike.iter_mut().find(|(known, _)| *known == model) {
+            Some((_, names)) => names.push(name),
+            None => alike.push((model, vec![name])),
+        }
+    }
+    if alike.is_empty() {
+        return String::new();
+    }
+    let lines = alike.into_iter().map(|(model, names)| format!("  {model}\n    {}\n", names.join(", ")));
+    format!("\nlinks\n{}", lines.collect::<String>())
 }
 
 fn as_mermaid(network: &Network, phases: &[usize], edges: &Edges) -> String {

@@ -25,12 +25,42 @@ pub fn links(run: &LoggedRun) -> Vec<Link> {
                 Some(row) => spans(run, row.component(from)),
                 None => fixed_spans(run, to, from, end),
             };
+            let spans = without_failures(run, [from, to], spans);
             if !spans.is_empty() {
                 links.push(Link { from, to, spans });
             }
         }
     }
     links
+}
+
+/// The spans less the times in which nothing arrives over the link of these agents: from when the oldest message that may be expected is two
+/// messages late.
+fn without_failures(run: &LoggedRun, agents: [usize; 2], spans: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let [from, to] = agents;
+    let link = run.traffic.iter().find(|link| {
+        let is_state = link.asked.topic.ends_with("/state");
+        is_state && link.asked.agents == [from + 1, to + 1]
+    });
+    // A link on demand has nothing to say at most times.
+    let Some((link, rate)) = link.and_then(|link| Some((link, link.asked.rate?))) else { return spans };
+    let Some(age) = run.log.signal(&link.asked.topic, "link_age") else { return spans };
+    let most = link.asked.delay.unwrap_or(0.0) + 3.0 / rate;
+    let mut working: Vec<[f64; 2]> = Vec::new();
+    for sample in 0..run.samples() {
+        if age.row(sample)[0] > most {
+            continue;
+        }
+        let (time, next) = (run.time(sample), run.time((sample + 1).min(run.samples() - 1)));
+        match working.last_mut() {
+            Some(last) if last[1] >= time => last[1] = next,
+            _ => working.push([time, next]),
+        }
+    }
+    let both = |[start, end]: [f64; 2]| {
+        working.iter().map(move |own| [own[0].max(start), own[1].min(end)]).filter(|own| own[0] < own[1])
+    };
+    spans.into_iter().flat_map(both).collect()
 }
 
 /// The logged weights with which an agent receives from all agents.
