@@ -105,6 +105,8 @@ pub struct Link {
     is_bad: bool,
     latest_arrival: u64,
     next_by_interval: f64,
+    /// The steps of a delay that is the same for all messages, as long as nothing else adds to it.
+    fixed_steps: Option<u64>,
 }
 
 /// The first place of the noise in the [`RandomStream`].
@@ -116,7 +118,13 @@ impl Link {
     /// A link for messages of `width` numbers in a run with steps of `dt` seconds.
     pub fn new(model: LinkModel, width: usize, dt: f64, stream: RandomStream) -> Self {
         let limit = model.limit.max(1);
+        let fixed_steps = match (&model.delay, model.bandwidth) {
+            (None, None) => Some(0),
+            (Some(Delay::Fixed(delay)), None) => Some(steps_of(*delay, dt)),
+            _ => None,
+        };
         Self {
+            fixed_steps,
             ring: vec![Message::default(); limit],
             numbers: vec![0.0; limit * width],
             held: vec![0.0; width],
@@ -190,13 +198,15 @@ impl Link {
             // Always drawn, so that one cause of loss does not move the numbers of another.
             is_lost |= loss.draw(stream, now.step, count, &slots, &mut self.is_bad);
         }
-        let mut delay = model.delay.as_ref().map_or(0.0, |delay| delay.draw(stream, now.step, count, &slots));
-        if let Some(bandwidth) = model.bandwidth {
-            *busy = busy.max(now.t) + model.bits / bandwidth;
-            delay += *busy - now.t;
-        }
-        let steps = (delay / self.dt - TOLERANCE).ceil().clamp(0.0, 1e15);
-        let mut arrival = now.step + steps as u64;
+        let steps = self.fixed_steps.unwrap_or_else(|| {
+            let mut delay = model.delay.as_ref().map_or(0.0, |delay| delay.draw(stream, now.step, count, &slots));
+            if let Some(bandwidth) = model.bandwidth {
+                *busy = busy.max(now.t) + model.bits / bandwidth;
+                delay += *busy - now.t;
+            }
+            steps_of(delay, self.dt)
+        });
+        let mut arrival = now.step + steps;
         if !model.reordering {
             arrival = arrival.max(self.latest_arrival);
             self.latest_arrival = arrival;
@@ -206,7 +216,7 @@ impl Link {
             return;
         }
         self.lost += u64::from(is_lost);
-        let place = (self.first + self.length) % self.ring.len();
+        let place = self.place(self.length);
         self.length += 1;
         self.ring[place] = Message { sequence: self.sent, sent: now.t, arrival, is_lost, has_arrived: false };
         if is_lost {
@@ -226,10 +236,15 @@ impl Link {
         }
     }
 
+    /// Where the message is that so many others precede on their way. A division would take longer than all the rest.
+    fn place(&self, at: usize) -> usize {
+        let place = self.first + at;
+        if place < self.ring.len() { place } else { place - self.ring.len() }
+    }
+
     fn receive(&mut self, step: u64) {
-        let capacity = self.ring.len();
         for at in 0..self.length {
-            let place = (self.first + at) % capacity;
+            let place = self.place(at);
             let message = self.ring[place];
             if message.arrival > step {
                 if self.model.reordering {
@@ -252,7 +267,7 @@ impl Link {
             }
         }
         while self.length > 0 && self.ring[self.first].has_arrived {
-            self.first = (self.first + 1) % capacity;
+            self.first = self.place(1);
             self.length -= 1;
         }
     }
@@ -273,6 +288,11 @@ impl Link {
         let values = [t - self.last.sent, self.last.sequence as f64, self.sent as f64, self.lost as f64];
         about.copy_from_slice(&values);
     }
+}
+
+/// The smallest number of steps that are at least a delay, s.
+fn steps_of(delay: f64, dt: f64) -> u64 {
+    (delay / dt - TOLERANCE).ceil().clamp(0.0, 1e15) as u64
 }
 
 impl LinkModel {
