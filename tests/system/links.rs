@@ -290,3 +290,24 @@ fn a_kill_in_mid_run_changes_nothing() {
     let replaced = end.json()["replaced"].to_string();
     assert!(replaced.contains("effects") || replaced.contains("links"), "{replaced}");
 }
+
+#[test]
+fn a_formation_over_a_radio_keeps_its_distances_roughly() {
+    let folder = Folder::new();
+    let file = root().join("examples/own-systems/pentagon.toml");
+    let file = file.to_str().expect("a path");
+    for (variant, code) in [("direct", 0), ("radio", 0)] {
+        let arguments =
+            ["run", file, "--variant", variant, "--placement", "single", "--strict", "-q", "--out", "log.mcap"];
+        assert_eq!(folder.run(&arguments).code(), code, "{variant}");
+    }
+    let links = folder.run(&["links", "log.mcap", "--json"]).json();
+    let all = links.as_array().expect("a list");
+    assert_eq!(all.len(), 14);
+    for link in all {
+        let number = |path: &str| link.pointer(path).and_then(serde_json::Value::as_f64).expect("a number");
+        assert_eq!((number("/sent"), number("/rate_hz/asked")), (201.0, 10.0));
+        assert!((number("/rate_hz/measured") - 10.0).abs() < 1e-9 && (number("/delay_s/measured") - 0.05).abs() < 1e-9);
+        assert!((number("/loss/measured") - 0.05).abs() < 4.0 * (0.0475_f64 / 201.0).sqrt(), "{link}");
+    }
+}
