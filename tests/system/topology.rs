@@ -133,7 +133,7 @@ fn weights_may_be_formulas_of_the_distance() {
     for (weight, expected) in [
         ("weight = \"exp(-distanc)\"", "did you mean `distance`?"),
         ("weight = 1, f_max = 2", "topology.proximity.f_max: expected either f_max, f_slope and f_mid or weight"),
-        ("f_max = 2", "topology.proximity.f_slope: missing; or instead weight"),
+        ("f_max = 2", "topology.proximity: missing field `f_slope`, or instead `weight`"),
     ] {
         folder.write("near.toml", &graph(weight));
         let end = folder.run(&["validate", "near.toml"]);

@@ -144,7 +144,7 @@ fn what_a_scenario_says_about_agents_follows_them() {
     refused(
         EXPERIMENT,
         &["swap={\"plant.9\"=\"emulator\"}"],
-        &["swap: plant.9: there is no such participant", "did you mean `plant_1`?"],
+        &["swap: plant.9: there is no plant of agent 9, expected agents 1 to 3"],
     );
 
     let folder = Folder::new();

@@ -60,6 +60,9 @@ impl<'de> Deserialize<'de> for WeightFormula {
     }
 }
 
+/// What is said of a field that is not there.
+pub(super) const MISSING: &str = "missing";
+
 fn missing() -> f64 {
     f64::NAN
 }
@@ -90,9 +93,6 @@ impl Proximity {
             let value = (!value.is_finite()).then(|| ("weight", format!("its value at half the range is {value}")));
             return [range, both, value].into_iter().flatten().collect();
         }
-        if let Some((field, _)) = fields.iter().find(|(_, value)| value.is_nan()) {
-            return vec![(*field, "missing; or instead weight, a formula of the distance".into())];
-        }
         let demands = [
             ("Rc", self.range, self.range > 0.0, "a range > 0 m"),
             ("f_max", self.f_max, self.f_max >= 0.0, "a weight >= 0"),
@@ -100,7 +100,11 @@ impl Proximity {
             ("f_mid", self.f_mid, true, "a finite number"),
         ];
         let wrong = demands.into_iter().filter(|(_, value, admissible, _)| !(value.is_finite() && *admissible));
-        wrong.map(|(field, value, _, expected)| (field, format!("expected {expected}, found {value}"))).collect()
+        let message = |field: &str, value: f64, expected: &str| match value.is_nan() && field != "Rc" {
+            true => MISSING.to_string(),
+            false => format!("expected {expected}, found {value}"),
+        };
+        wrong.map(|(field, value, _, expected)| (field, message(field, value, expected))).collect()
     }
 }
 

@@ -15,8 +15,9 @@ pub(super) use choose::choose_agents;
 pub(super) use resolve::resolve_files;
 
 use super::elsewhere::Elsewhere;
+use super::proximity::MISSING;
 use super::{Agent, Proximity};
-use crate::config::{Node, PerAgent, Problems, read};
+use crate::config::{Node, PerAgent, Problems, Sort, read};
 use crate::math::{Topology, TopologySchedule};
 
 /// `[topology]`: who receives from whom. Without it, there are no links, and every agent knows the reference.
@@ -87,7 +88,12 @@ pub(super) fn read_topology(root: &Node, agents: &[Agent], seed: u64, dt: f64, p
     let first = reading.first(&section).unwrap_or_else(dummy);
     let switches = reading.switches(&section, &first, dt);
     for (field, message) in section.proximity.iter().flat_map(Proximity::findings) {
-        problems.at(root, &format!("topology.proximity.{field}"), message);
+        if message == MISSING {
+            let message = format!("missing field `{field}`, or instead `weight`, a formula of the distance");
+            problems.at(root, "topology.proximity", message).sort = Sort::Missing;
+        } else {
+            problems.at(root, &format!("topology.proximity.{field}"), message);
+        }
     }
     Links {
         topology: TopologySchedule::new(first, switches),
