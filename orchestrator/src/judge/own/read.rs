@@ -36,8 +36,10 @@ struct Row {
 /// What `[metrics]` looks like to an editor. (JSON Schema)
 pub(crate) fn schema(generator: &mut SchemaGenerator, sets: &[&str]) -> Schema {
     let row = generator.subschema_for::<Row>();
+    // No set at all.
+    let sets: Vec<&str> = sets.iter().copied().chain([""]).collect();
     json_schema!({ "anyOf": [
-        { "enum": sets, "description": "A set of metrics by its name." },
+        { "enum": sets, "description": "A set of metrics by its name; none if it is empty." },
         {
             "type": "object",
             "description": "Metrics of one's own: name and formula, or a table with `value`, `unit`, `description` and `agents`. `set` names a set besides.",
