@@ -17,35 +17,35 @@ use super::limits::{check_finite, check_limits, check_not_negative, check_positi
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ActuatorLimits {
-    /// Delay of the command [s]. Until the first command arrives, the actuator stays at `initial`.
+    /// Delay of the command (s). Until the first command arrives, the actuator stays at `initial`.
     pub delay: f64,
-    /// Half the width of the dead zone [unit of the input]: smaller commands have no effect, larger ones lose as much.
+    /// Half the width of the dead zone (unit of the input): smaller commands have no effect, larger ones lose as much.
     pub dead_zone: f64,
-    /// Play of a gear [unit of the input]: how far the command goes back before the actuator follows.
+    /// Play of a gear (unit of the input): how far the command goes back before the actuator follows.
     pub backlash: f64,
-    /// Resolution of the command [unit of the input]: it is rounded to multiples of this. 0 means none.
+    /// Resolution of the command (unit of the input): it is rounded to multiples of this. 0 means none.
     pub quantum: f64,
-    /// Time constant of a lag of order 1 [s]. 0 means none.
+    /// Time constant of a lag of order 1 (s). 0 means none.
     pub lag: f64,
-    /// Natural frequency of a lag of order 2 [rad/s]. Without it there is none.
+    /// Natural frequency of a lag of order 2 (rad/s). Without it there is none.
     pub natural_frequency: Option<f64>,
-    /// Damping of the lag of order 2 [1]: below 1 it overshoots.
+    /// Damping of the lag of order 2: below 1 it overshoots.
     pub damping: f64,
-    /// Fastest change [unit of the input / s]. Without it there is no limit.
+    /// Fastest change (unit of the input / s). Without it there is no limit.
     pub rate_limit: Option<f64>,
-    /// Smallest value [unit of the input]. Without it there is no lower limit.
+    /// Smallest value (unit of the input). Without it there is no lower limit.
     pub min: Option<f64>,
-    /// Largest value [unit of the input]. Without it there is no upper limit.
+    /// Largest value (unit of the input). Without it there is no upper limit.
     pub max: Option<f64>,
-    /// What is left of the effect from `effectiveness_from` on [1]: 1 all, 0 nothing, -1 the reverse.
+    /// What is left of the effect from `effectiveness_from` on: 1 all, 0 nothing, -1 the reverse.
     pub effectiveness: f64,
-    /// When the effectiveness changes [s].
+    /// When the effectiveness changes (s).
     pub effectiveness_from: f64,
-    /// When the actuator gets stuck [s]. Without it that does not happen.
+    /// When the actuator gets stuck (s). Without it that does not happen.
     pub stuck_from: Option<f64>,
-    /// Where the actuator is stuck [unit of the input]. Without it, it stays where it is.
+    /// Where the actuator is stuck (unit of the input). Without it, it stays where it is.
     pub stuck_at: Option<f64>,
-    /// Where the actuator is at the start [unit of the input]; matters with a delay, backlash, a lag or a rate limit.
+    /// Where the actuator is at the start (unit of the input); matters with a delay, backlash, a lag or a rate limit.
     pub initial: f64,
 }
 
@@ -72,7 +72,7 @@ impl Default for ActuatorLimits {
 }
 
 impl ActuatorLimits {
-    /// What is wrong with these numbers at steps of `dt` [s]: field and message.
+    /// What is wrong with these numbers at steps of `dt` (s): field and message.
     pub fn findings(&self, dt: f64) -> Vec<(&'static str, String)> {
         let mut findings = Vec::new();
         check_delay(&mut findings, self.delay, dt);
@@ -117,7 +117,7 @@ impl ActuatorLimits {
 pub struct ActuatorLaw {
     limits: ActuatorLimits,
     filter: Filter,
-    /// Largest change in a step [unit of the input].
+    /// Largest change in a step (unit of the input).
     most_change: Option<f64>,
     /// First steps with the other effectiveness, and stuck.
     weak_from: u64,
@@ -129,19 +129,19 @@ pub struct ActuatorLaw {
 /// The memory of one input.
 #[derive(Clone, Copy, Debug)]
 struct Input {
-    /// Behind the backlash [unit of the input].
+    /// Behind the backlash (unit of the input).
     gear: f64,
-    /// Behind the lag [unit of the input], and its rate of change [unit of the input / s].
+    /// Behind the lag (unit of the input), and its rate of change (unit of the input / s).
     lagged: f64,
     rate: f64,
-    /// Behind the saturation [unit of the input].
+    /// Behind the saturation (unit of the input).
     position: f64,
-    /// The last output that was finite [unit of the input].
+    /// The last output that was finite (unit of the input).
     output: f64,
 }
 
 impl ActuatorLaw {
-    /// The actuators of `width` inputs at steps of `dt` [s].
+    /// The actuators of `width` inputs at steps of `dt` (s).
     pub fn new(limits: &ActuatorLimits, width: usize, dt: f64) -> Self {
         let ActuatorLimits { initial, min, max, .. } = *limits;
         let position = saturated(initial, min, max);
@@ -221,7 +221,7 @@ impl Input {
 #[derive(Clone, Copy, Debug)]
 enum Filter {
     None,
-    /// What is left of the old value [1], and what the command adds [1].
+    /// What is left of the old value, and what the command adds.
     First {
         rest: f64,
         share: f64,

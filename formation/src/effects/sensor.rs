@@ -18,45 +18,45 @@ use crate::math::RandomStream;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorErrors {
-    /// Scale-factor error [1]: 0.01 makes 101 of 100.
+    /// Scale-factor error: 0.01 makes 101 of 100.
     pub scale: f64,
-    /// Constant bias [unit of the signal].
+    /// Constant bias (unit of the signal).
     pub bias: f64,
-    /// Standard deviation of a random constant bias [unit of the signal], drawn once a run (turn-on bias).
+    /// Standard deviation of a random constant bias (unit of the signal), drawn once a run (turn-on bias).
     pub bias_deviation: f64,
-    /// K, the bias random walk [unit of the signal / s / sqrt(Hz)]: over an interval h it changes by K sqrt(h).
+    /// K, the bias random walk (unit of the signal / s / sqrt(Hz)): over an interval h it changes by K sqrt(h).
     pub bias_walk: f64,
-    /// Standard deviation of a bias that changes and returns [unit of the signal]: a Gauss-Markov process of order 1.
+    /// Standard deviation of a bias that changes and returns (unit of the signal): a Gauss-Markov process of order 1.
     pub bias_instability: f64,
-    /// Correlation time of `bias_instability` [s].
+    /// Correlation time of `bias_instability` (s).
     pub bias_time: f64,
-    /// Standard deviation of the white noise of a sample [unit of the signal].
+    /// Standard deviation of the white noise of a sample (unit of the signal).
     pub noise: f64,
-    /// N, density of the white noise [unit of the signal / sqrt(Hz)]: at the interval h of the samples, its standard deviation is
+    /// N, density of the white noise (unit of the signal / sqrt(Hz)): at the interval h of the samples, its standard deviation is
     /// N / sqrt(h). It adds to `noise` in variance.
     pub noise_density: f64,
-    /// Probability that a sample is an outlier [1].
+    /// Probability that a sample is an outlier.
     pub outliers: f64,
-    /// Standard deviation of what an outlier adds [unit of the signal].
+    /// Standard deviation of what an outlier adds (unit of the signal).
     pub outlier_size: f64,
-    /// Smallest value [unit of the signal]. Without it there is no lower limit.
+    /// Smallest value (unit of the signal). Without it there is no lower limit.
     pub min: Option<f64>,
-    /// Largest value [unit of the signal]. Without it there is no upper limit.
+    /// Largest value (unit of the signal). Without it there is no upper limit.
     pub max: Option<f64>,
-    /// Resolution [unit of the signal]: values are rounded to multiples of it. 0 means none.
+    /// Resolution (unit of the signal): values are rounded to multiples of it. 0 means none.
     pub quantum: f64,
     /// Samples per second; in between the last one is held. Without it, or above the rate of the steps, every step has one.
     pub rate_hz: Option<f64>,
-    /// Time of the first sample at `rate_hz` [s]. Until then the sensor holds a sample of the first step.
+    /// Time of the first sample at `rate_hz` (s). Until then the sensor holds a sample of the first step.
     pub phase: f64,
-    /// Probability that a sample is lost [1]; then the last one is held. The first one is never lost.
+    /// Probability that a sample is lost; then the last one is held. The first one is never lost.
     pub dropout: f64,
-    /// Delay [s]: the newest sample that is at least that old is put out. Until there is one, it is the first sample.
+    /// Delay (s): the newest sample that is at least that old is put out. Until there is one, it is the first sample.
     pub delay: f64,
 }
 
 impl SensorErrors {
-    /// What is wrong with these numbers at steps of `dt` [s]: field and message.
+    /// What is wrong with these numbers at steps of `dt` (s): field and message.
     pub fn findings(&self, dt: f64) -> Vec<(&'static str, String)> {
         let mut findings = Vec::new();
         check_finite(&mut findings, [("scale", self.scale), ("bias", self.bias)]);
@@ -138,7 +138,7 @@ struct Bias {
 }
 
 impl Sensor {
-    /// The sensor of a signal of `width` numbers at steps of `dt` [s].
+    /// The sensor of a signal of `width` numbers at steps of `dt` (s).
     pub fn new(errors: &SensorErrors, width: usize, dt: f64, stream: RandomStream) -> Self {
         let per_step = errors.rate_hz.unwrap_or(f64::INFINITY) * dt;
         let rate = if per_step > 0.0 && per_step < 1.0 { per_step } else { 1.0 };
@@ -204,7 +204,7 @@ impl Sensor {
         self.age
     }
 
-    /// How old the value of the last update is [s].
+    /// How old the value of the last update is (s).
     pub fn age(&self) -> f64 {
         self.age as f64 * self.dt
     }
@@ -238,7 +238,7 @@ impl Sensor {
 #[derive(Clone, Copy, Debug)]
 struct Law {
     errors: SensorErrors,
-    /// Standard deviation of all white noise of a sample [unit of the signal].
+    /// Standard deviation of all white noise of a sample (unit of the signal).
     noise: f64,
     stream: RandomStream,
 }

@@ -1,7 +1,7 @@
 //! Topics of MCAP files: logs of Phalanx, recordings of ROS 2 (rosbag2 with MCAP storage), JSON messages.
 //!
 //! A column is a topic, `.` and the path of a field that is a number, such as `/cmd_vel.linear.x`, `/agent_1/state.position[0]`
-//! or `/path.poses[2].pose.position.x`. Its rows are the messages of the topic. The first column is the time [s] at which they
+//! or `/path.poses[2].pose.position.x`. Its rows are the messages of the topic. The first column is the time (s) at which they
 //! were logged, from the first message of the file on.
 
 mod path;
@@ -30,7 +30,7 @@ pub(super) fn is_mcap(bytes: &[u8]) -> bool {
     bytes.starts_with(mcap::MAGIC)
 }
 
-/// The times [s] of the messages of a topic, which increase, and the values of a field of it, which are finite. There are at
+/// The times (s) of the messages of a topic, which increase, and the values of a field of it, which are finite. There are at
 /// least two. Of messages with equal times, the last counts. A recording that was cut off is read as far as it goes.
 ///
 /// # Errors
