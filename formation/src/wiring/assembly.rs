@@ -170,7 +170,7 @@ impl Assembly {
                 Some(instruments) => instruments.build(&self.scenario, &self.signals),
                 None => {
                     let links = &self.links[place - self.instruments.len()];
-                    Ok(Box::new(links.build(&self.scenario, &self.signals, &self.network.nodes[node])?))
+                    Ok(Box::new(links.build(&self.scenario.context)))
                 }
             },
         }
@@ -184,7 +184,7 @@ impl Assembly {
 
     /// What the scenario asks of the links between agents, in the order of the network.
     pub fn links(&self) -> Vec<AskedLink> {
-        self.links.iter().flat_map(|node| node.asked(&self.scenario, &self.signals)).collect()
+        self.links.iter().flat_map(LinkNode::asked).collect()
     }
 
     /// Whether the component of `role` has no law, so that programs must take the places of its participants.

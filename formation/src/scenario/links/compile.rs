@@ -27,6 +27,7 @@ pub(crate) struct LinkPlace<'a> {
 }
 
 /// The model of a link, and what it needs.
+#[derive(Clone, Debug)]
 pub(crate) struct CompiledLink {
     pub(crate) model: LinkModel,
     /// Whether it depends on the distance of both agents.

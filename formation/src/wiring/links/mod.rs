@@ -7,21 +7,33 @@ mod participant;
 
 use std::collections::BTreeMap;
 
-use lockstep::{Channel, ChannelId, Field, Input, Layout, MAX_WORDS, Network, Node, Timing};
+use lockstep::{Channel, ChannelId, Field, Input, Layout, MAX_WORDS, Network, Node, Slice, Timing};
 
 use self::participant::LinksParticipant;
 use super::{NodeRole, Signals};
 use crate::config::Problem;
 use crate::effects::{Delay, LINK_FIELDS, Loss};
 use crate::role::Role;
-use crate::scenario::{LinkPlace, Links, Scenario};
+use crate::scenario::{CompiledLink, Context, LinkPlace, Links, Scenario};
 
 /// The node of the links for the signals of one role.
 #[derive(Clone, Debug)]
 pub(super) struct LinkNode {
     role: Role,
     /// The links, in the order of their outputs.
-    links: Vec<Ends>,
+    links: Vec<PlannedLink>,
+}
+
+/// A link with all that it reads, by the ports of its node.
+#[derive(Clone, Debug)]
+struct PlannedLink {
+    ends: Ends,
+    link: CompiledLink,
+    source: Slice,
+    /// The command of the sender, if a trigger reads it.
+    others: Option<Slice>,
+    /// The positions of sender and receiver, if the distance counts.
+    positions: Option<[Slice; 2]>,
 }
 
 /// What a scenario asks of a link.
@@ -87,10 +99,11 @@ pub(super) fn insert(
     }
     let mut inserted = Vec::new();
     for (role, (ends, outputs)) in by_role {
-        let node = LinkNode { role, links: ends };
-        let inputs = node.inputs(scenario, links, signals)?;
-        network.nodes.push(Node { name: format!("links_{}", role.channel()), inputs, outputs, every: 1, offset: 0 });
-        inserted.push(node);
+        let mut planner = Planner { scenario, links, signals, role, inputs: Vec::new(), ports: BTreeMap::new() };
+        let planned = ends.into_iter().map(|ends| planner.plan(ends)).collect::<Result<_, _>>()?;
+        let (name, inputs) = (format!("links_{}", role.channel()), planner.inputs);
+        network.nodes.push(Node { name, inputs, outputs, every: 1, offset: 0 });
+        inserted.push(LinkNode { role, links: planned });
     }
     Ok(inserted)
 }
@@ -121,90 +134,83 @@ pub(super) fn carried(topic: &str) -> Option<String> {
     Some(format!("/agent_{rest}"))
 }
 
-impl LinkNode {
-    /// What the links read.
-    fn inputs(&self, scenario: &Scenario, links: &Links, signals: &Signals) -> Result<Vec<Input>, Vec<Problem>> {
-        let mut inputs = Vec::new();
-        for ends in &self.links {
-            let layout = self.layout(signals, ends);
-            if layout.words() + LINK_FIELDS.len() > MAX_WORDS {
-                let (words, most) = (layout.words(), MAX_WORDS - LINK_FIELDS.len());
-                let (agent, role) = (ends.sender + 1, self.role);
-                let message =
-                    format!("the {role} of agent {agent} publishes {words} numbers: a link carries at most {most}");
-                return Err(vec![scenario.problem("links", message)]);
-            }
-            let others = self.others(signals, ends.sender);
-            let place = LinkPlace { sender: ends.sender, receiver: ends.receiver, layout, others: &others };
-            let link = links.model(&scenario.context, &place)?;
-            let mut add = |input: Input| {
-                if !inputs.contains(&input) {
-                    inputs.push(input);
-                }
-            };
-            add(Input { channel: ends.source, timing: Timing::SameStep });
-            if link.by_distance {
-                for agent in [ends.sender, ends.receiver] {
-                    let channel = signals
-                        .find(Role::Plant, agent)
-                        .filter(|channel| signals.layout(*channel).find("position").is_some());
-                    let channel = channel.ok_or_else(|| {
-                        let message = format!("the distance is not known: agent {} publishes no position", agent + 1);
-                        vec![scenario.problem("links", message)]
-                    })?;
-                    add(Input { channel, timing: Timing::SameStep });
-                }
-            }
-            if link.model.trigger.is_some() || link.model.interval.is_some() {
-                let command = signals.find(Role::Controller, ends.sender).filter(|_| !others.is_empty());
-                command.into_iter().for_each(|channel| add(Input { channel, timing: Timing::Delayed }));
-            }
+/// Plans the links of a node, and collects what they read.
+struct Planner<'a> {
+    scenario: &'a Scenario,
+    links: &'a Links,
+    signals: &'a Signals,
+    role: Role,
+    inputs: Vec<Input>,
+    /// The port of each, by channel and whether it is read delayed.
+    ports: BTreeMap<(ChannelId, bool), usize>,
+}
+
+impl Planner<'_> {
+    fn plan(&mut self, ends: Ends) -> Result<PlannedLink, Vec<Problem>> {
+        let Self { scenario, links, signals, role, .. } = *self;
+        // What a message consists of. Sensors change the numbers only.
+        let layout = signals.layout(signals.find(role, ends.sender).unwrap_or(ends.source));
+        let words = layout.words();
+        if words + LINK_FIELDS.len() > MAX_WORDS {
+            let (agent, most) = (ends.sender + 1, MAX_WORDS - LINK_FIELDS.len());
+            let message =
+                format!("the {role} of agent {agent} publishes {words} numbers: a link carries at most {most}");
+            return Err(vec![scenario.problem("links", message)]);
         }
-        Ok(inputs)
-    }
-
-    /// What a message consists of. Sensors change the numbers only.
-    fn layout<'a>(&self, signals: &'a Signals, ends: &Ends) -> &'a Layout {
-        signals.layout(signals.find(self.role, ends.sender).unwrap_or(ends.source))
-    }
-
-    /// The signals of the sender that only triggers read: its command of the step before.
-    fn others(&self, signals: &Signals, sender: usize) -> Vec<(String, usize)> {
-        let command = signals.find(Role::Controller, sender).filter(|_| self.role != Role::Controller);
+        // Besides the message, a trigger reads the command of the step before.
+        let command = signals.find(Role::Controller, ends.sender).filter(|_| role != Role::Controller);
         let fields = command.into_iter().flat_map(|command| signals.layout(command).fields());
-        fields.map(|field| (format!("{}.{}", Role::Controller.channel(), field.name), field.shape.words())).collect()
+        let name = |field: &Field| format!("{}.{}", Role::Controller.channel(), field.name);
+        let others: Vec<(String, usize)> = fields.map(|field| (name(field), field.shape.words())).collect();
+        let place = LinkPlace { sender: ends.sender, receiver: ends.receiver, layout, others: &others };
+        let link = links.model(&scenario.context, &place)?;
+        let source = Slice::new(self.port(ends.source, Timing::SameStep), 0, words);
+        let positions = match link.by_distance {
+            true => Some([self.position(ends.sender)?, self.position(ends.receiver)?]),
+            false => None,
+        };
+        let has_trigger = link.model.trigger.is_some() || link.model.interval.is_some();
+        let others = command.filter(|_| has_trigger);
+        let others =
+            others.map(|channel| Slice::new(self.port(channel, Timing::Delayed), 0, signals.layout(channel).words()));
+        Ok(PlannedLink { ends, link, source, others, positions })
     }
 
+    /// The position of an agent, without its heading.
+    fn position(&mut self, agent: usize) -> Result<Slice, Vec<Problem>> {
+        let channel = self.signals.find(Role::Plant, agent);
+        let found = channel.and_then(|channel| Some((channel, self.signals.layout(channel).find("position")?)));
+        let Some((channel, (offset, length))) = found else {
+            let message = format!("the distance is not known: agent {} publishes no position", agent + 1);
+            return Err(vec![self.scenario.problem("links", message)]);
+        };
+        let length = length.min(self.scenario.context.agents[agent].vehicle.dimensions());
+        Ok(Slice::new(self.port(channel, Timing::SameStep), offset, length))
+    }
+
+    fn port(&mut self, channel: ChannelId, timing: Timing) -> usize {
+        *self.ports.entry((channel, timing == Timing::Delayed)).or_insert_with(|| {
+            self.inputs.push(Input { channel, timing });
+            self.inputs.len() - 1
+        })
+    }
+}
+
+impl LinkNode {
     /// What the scenario asks of each link.
-    pub(super) fn asked(&self, scenario: &Scenario, signals: &Signals) -> Vec<AskedLink> {
-        let Some(links) = &scenario.context.links else { return Vec::new() };
-        let asked = self.links.iter().filter_map(|ends| {
-            let (layout, others) = (self.layout(signals, ends), self.others(signals, ends.sender));
-            let place = LinkPlace { sender: ends.sender, receiver: ends.receiver, layout, others: &others };
-            // A mistake has been reported when the links were put in.
-            let model = links.model(&scenario.context, &place).ok()?.model;
-            Some(AskedLink {
-                agents: [ends.sender + 1, ends.receiver + 1],
-                topic: topic(ends.sender, ends.receiver, self.role),
-                loss: model.loss.as_ref().map_or(Some(0.0), Loss::expected),
-                delay: model.delay.as_ref().map_or(Some(0.0), Delay::mean),
-                rate: Some(model.schedule.rate()).filter(|_| model.trigger.is_none() && model.interval.is_none()),
-                bits: model.bits,
-            })
-        });
-        asked.collect()
+    pub(super) fn asked(&self) -> impl Iterator<Item = AskedLink> {
+        self.links.iter().map(|PlannedLink { ends, link: CompiledLink { model, .. }, .. }| AskedLink {
+            agents: [ends.sender + 1, ends.receiver + 1],
+            topic: topic(ends.sender, ends.receiver, self.role),
+            loss: model.loss.as_ref().map_or(Some(0.0), Loss::expected),
+            delay: model.delay.as_ref().map_or(Some(0.0), Delay::mean),
+            rate: Some(model.schedule.rate()).filter(|_| model.trigger.is_none() && model.interval.is_none()),
+            bits: model.bits,
+        })
     }
 
     /// Builds the participant of a node.
-    ///
-    /// # Errors
-    /// Everything that is wrong with the parameters of a link.
-    pub(super) fn build(
-        &self,
-        scenario: &Scenario,
-        signals: &Signals,
-        node: &Node,
-    ) -> Result<LinksParticipant, Vec<Problem>> {
-        LinksParticipant::new(self, scenario, signals, node)
+    pub(super) fn build(&self, context: &Context) -> LinksParticipant {
+        LinksParticipant::new(self, context)
     }
 }

@@ -1,13 +1,12 @@
 //! The node that carries messages.
 
-use lockstep::{ChannelId, Fault, Input, Io, Node, Participant, Slice, Step, Timing};
+use lockstep::{Fault, Io, Participant, Slice, Step};
 
-use super::{LinkNode, Signals};
-use crate::config::Problem;
+use super::{LinkNode, PlannedLink};
 use crate::effects::{Instant, LINK_FIELDS, Link};
 use crate::math::RandomStream;
 use crate::role::Role;
-use crate::scenario::{CompiledLink, LinkPlace, Scenario};
+use crate::scenario::Context;
 
 /// All links for the signals of one role.
 pub(in crate::wiring) struct LinksParticipant {
@@ -30,52 +29,27 @@ struct Wire {
 }
 
 impl LinksParticipant {
-    pub(super) fn new(
-        links: &LinkNode,
-        scenario: &Scenario,
-        signals: &Signals,
-        node: &Node,
-    ) -> Result<Self, Vec<Problem>> {
-        let context = &scenario.context;
-        let Some(parameters) = &context.links else { return Err(vec![scenario.problem("links", "missing")]) };
-        let port = |channel: ChannelId, timing: Timing| {
-            node.inputs.iter().position(|input| *input == Input { channel, timing })
-        };
-        let mut wires = Vec::new();
-        for (output, ends) in links.links.iter().enumerate() {
-            let layout = links.layout(signals, ends);
-            let words = layout.words();
-            let others = links.others(signals, ends.sender);
-            let place = LinkPlace { sender: ends.sender, receiver: ends.receiver, layout, others: &others };
-            let CompiledLink { model, by_distance, is_symmetric } = parameters.model(context, &place)?;
-            let has_trigger = model.trigger.is_some() || model.interval.is_some();
+    pub(super) fn new(node: &LinkNode, context: &Context) -> Self {
+        let wire = |(output, planned): (usize, &PlannedLink)| {
+            let PlannedLink { ends, link, source, others, positions } = planned;
             let mut ids = [ends.sender, ends.receiver].map(|agent| context.agents[agent].id);
-            if is_symmetric {
+            if link.is_symmetric {
                 ids.sort_unstable();
             }
-            let name = format!("link {} -> {}, {}", ids[0], ids[1], links.role.channel());
-            let command = signals.find(Role::Controller, ends.sender).filter(|_| has_trigger && !others.is_empty());
-            let others = command.and_then(|channel| {
-                Some(Slice::new(port(channel, Timing::Delayed)?, 0, signals.layout(channel).words()))
-            });
-            let position = |agent: usize| {
-                let channel = signals.find(Role::Plant, agent)?;
-                let (offset, length) = signals.layout(channel).find("position")?;
-                let length = length.min(context.agents[agent].vehicle.dimensions());
-                Some(Slice::new(port(channel, Timing::SameStep)?, offset, length))
-            };
-            let positions = || Some([position(ends.sender)?, position(ends.receiver)?]);
-            wires.push(Wire {
-                link: Link::new(model, words, context.timing.dt, RandomStream::new(context.seed, &name)),
+            let name = format!("link {} -> {}, {}", ids[0], ids[1], node.role.channel());
+            let (words, stream) = (source.length, RandomStream::new(context.seed, &name));
+            Wire {
+                link: Link::new(link.model.clone(), words, context.timing.dt, stream),
                 sender: ends.sender,
-                source: Slice::new(port(ends.source, Timing::SameStep).unwrap_or(0), 0, words),
-                others,
-                positions: positions().filter(|_| by_distance),
+                source: *source,
+                others: *others,
+                positions: *positions,
                 out: Slice::new(output, 0, words + LINK_FIELDS.len()),
-                begins_with_sample: links.role != Role::Controller,
-            });
-        }
-        Ok(Self { wires, busy: vec![0.0; context.agents.len()] })
+                begins_with_sample: node.role != Role::Controller,
+            }
+        };
+        let wires = node.links.iter().enumerate().map(wire).collect();
+        Self { wires, busy: vec![0.0; context.agents.len()] }
     }
 }
 
