@@ -1,12 +1,8 @@
 //! What a sample costs that goes over a link.
 
 use std::error::Error;
-use std::time::Instant;
 
-use formation::scenario::Selection;
-use formation::wiring::Assembly;
-use lockstep::Local;
-use schemes::ROLES;
+use crate::measure::step_of;
 
 /// Robots that all hear each other.
 const AGENTS: usize = 12;
@@ -27,17 +23,5 @@ fn measure(links: &str, steps: u64) -> Result<f64, Box<dyn Error>> {
          vehicle.kind = \"integrator\"\nreference.position = [\"sin(t)\", \"i\", 0]\n\
          controller = {{ kind = \"consensus\", k_x = 1, k_v = 1 }}\n{links}"
     );
-    let assembly = Assembly::load("links.toml", &text, &Selection::default(), &ROLES)
-        .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))?;
-    let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
-    let participants = assembly.participants(&nodes).map_err(|problems| problems[0].to_string())?;
-    let mut local = Local::new(assembly.network.clone(), participants, 0.01)?;
-    for _ in 0..100 {
-        local.step()?;
-    }
-    let start = Instant::now();
-    for _ in 0..steps {
-        local.step()?;
-    }
-    Ok(start.elapsed().as_secs_f64() / steps as f64)
+    step_of("links.toml", &text, steps)
 }

@@ -202,3 +202,21 @@ impl Log {
         Ok(())
     }
 }
+
+/// Seconds of a step of the scenario in `text`, in this thread.
+pub(crate) fn step_of(file: &str, text: &str, steps: u64) -> Result<f64, Box<dyn Error>> {
+    let assembly = Assembly::load(file, text, &Selection::default(), &ROLES)
+        .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))?;
+    let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
+    let participants = assembly.participants(&nodes).map_err(|problems| problems[0].to_string())?;
+    let dt = assembly.scenario.context.timing.dt;
+    let mut local = Local::new(assembly.network.clone(), participants, dt)?;
+    for _ in 0..WARM_UP {
+        local.step()?;
+    }
+    let start = Instant::now();
+    for _ in 0..steps {
+        local.step()?;
+    }
+    Ok(start.elapsed().as_secs_f64() / steps as f64)
+}

@@ -1,12 +1,8 @@
 //! The same robot as code and by equations.
 
 use std::error::Error;
-use std::time::Instant;
 
-use formation::scenario::Selection;
-use formation::wiring::Assembly;
-use lockstep::Local;
-use schemes::ROLES;
+use crate::measure::step_of;
 
 /// Steps of the integrator in a step of the run: nearly all time goes into the equations.
 const SUBSTEPS: u64 = 100;
@@ -59,17 +55,5 @@ fn measure(vehicle: &str, steps: u64) -> Result<f64, Box<dyn Error>> {
         "name = \"robot\"\ntiming = {{ dt = 0.1, duration = 10 }}\ntopology.b = 1\ncontroller.kind = \"formulas\"\n\
          plant = {{ kind = \"vehicles\", substeps = {SUBSTEPS} }}\nreference.position = [0, 0, 0]\n{vehicle}"
     );
-    let assembly = Assembly::load("robot.toml", &text, &Selection::default(), &ROLES)
-        .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))?;
-    let nodes: Vec<usize> = (0..assembly.network.nodes.len()).collect();
-    let participants = assembly.participants(&nodes).map_err(|problems| problems[0].to_string())?;
-    let mut local = Local::new(assembly.network.clone(), participants, 0.1)?;
-    for _ in 0..10 {
-        local.step()?;
-    }
-    let start = Instant::now();
-    for _ in 0..steps {
-        local.step()?;
-    }
-    Ok(start.elapsed().as_secs_f64() / (steps * SUBSTEPS) as f64)
+    Ok(step_of("robot.toml", &text, steps)? / SUBSTEPS as f64)
 }

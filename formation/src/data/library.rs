@@ -53,12 +53,12 @@ impl Library {
         self.files.values().filter_map(|file| file.as_ref().ok()).cloned().collect()
     }
 
-    /// Reads the files that the formulas in these texts name, for those who compile them later. An error stays with its file.
+    /// Reads the files that the formulas in these texts name, so that they can be compiled later. An error stays with its file.
     pub(crate) fn prepare<'a>(&mut self, texts: impl IntoIterator<Item = &'a str>) {
         self.prepare_files(texts.into_iter().flat_map(files_named));
     }
 
-    /// Reads these files, for those who need a column of one later.
+    /// Reads these files, so that their columns can be read later.
     pub(crate) fn prepare_files<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         for path in paths {
             _ = self.file(path);

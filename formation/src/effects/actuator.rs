@@ -27,7 +27,7 @@ pub struct ActuatorLimits {
     pub quantum: f64,
     /// Time constant of a lag of order 1 (s). 0 means none.
     pub lag: f64,
-    /// Natural frequency of a lag of order 2 (rad/s). Without it there is none.
+    /// Natural frequency of a lag of order 2 (rad/s). By default there is no such lag.
     pub natural_frequency: Option<f64>,
     /// Damping of the lag of order 2: below 1 it overshoots.
     pub damping: f64,
@@ -309,7 +309,7 @@ mod tests {
             let limits = ActuatorLimits { lag, initial: 1.0, ..Default::default() };
             assert_near(&run(limits, 500, |_| 3.0), |time| 3.0 - 2.0 * exp(-time / lag));
         }
-        // A short lag is none.
+        // A short lag has no effect.
         let short = ActuatorLimits { lag: 1e-9, ..Default::default() };
         assert_eq!(run(short, 5, |step| step as f64), [0.0, 1.0, 2.0, 3.0, 4.0]);
     }

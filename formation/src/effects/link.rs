@@ -1,5 +1,6 @@
 //! A link: what one agent receives of another.
 
+use super::limits::quantised;
 use super::{Delay, Loss, Schedule, Trigger};
 use crate::math::RandomStream;
 
@@ -230,9 +231,7 @@ impl Link {
             }
         }
         for (number, quantum) in numbers.iter_mut().zip(&model.quantum) {
-            if *quantum > 0.0 {
-                *number = quantum * (*number / quantum).round();
-            }
+            *number = quantised(*number, *quantum);
         }
     }
 

@@ -1,4 +1,4 @@
-//! What lies between a number and those who read it: sensors, links between agents, actuators.
+//! What changes a signal between its writer and its readers: sensors, links between agents, actuators.
 //!
 //! All of them are pure: a struct with its parameters and its state, and an `update`. Their random numbers are functions of the seed, the name
 //! of the object and the step ([`RandomStream`](crate::math::RandomStream)).

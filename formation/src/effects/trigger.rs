@@ -134,7 +134,7 @@ impl Operands for Reader<'_> {
         }
         let Some((first, length)) = self.signal(name, start, text)? else { return Ok(None) };
         if text.peek() == Some('[') {
-            return index(length, text).map(|index| Some(first + index));
+            return text.take_index(length).map(|index| Some(first + index));
         }
         let message =
             format!("`{name}` has {length} numbers: expected one of them, such as {name}[0], or norm({name})");
@@ -210,20 +210,6 @@ impl Reader<'_> {
             FormulaError::new(start, format!("expected a signal of the sender, {known}, found '{name}'"))
         })
     }
-}
-
-/// The index in brackets, from 0.
-fn index(length: usize, text: &mut Cursor) -> Result<usize, FormulaError> {
-    text.take('[');
-    let place = text.offset();
-    let digits = text.take_while(|character| character != ']');
-    let index = digits.trim().parse::<usize>().ok().filter(|index| *index < length);
-    if !text.take(']') {
-        return Err(text.unexpected("']'"));
-    }
-    index.ok_or_else(|| {
-        FormulaError::new(place, format!("expected a number from 0 to {}, found '{digits}'", length - 1))
-    })
 }
 
 #[cfg(test)]

@@ -43,6 +43,25 @@
 //! one of the values 0 to 8 is a repeated multiplication, whether that exponent was written as a number or came from a
 //! slot, so that folding constants never changes a result.
 
+/// Names that mean something in the formulas of vehicles and laws: no state, parameter or definition can be called so.
+pub const FORMULA_NAMES: [&str; 15] = [
+    "t",
+    "i",
+    "j",
+    "N",
+    "dt",
+    "pi",
+    "seed",
+    "a_ij",
+    "b_i",
+    "state",
+    "reference",
+    "estimate",
+    "command",
+    "position",
+    "velocity",
+];
+
 mod compile;
 mod condition;
 mod curve;

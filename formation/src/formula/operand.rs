@@ -120,6 +120,23 @@ impl<'a> Cursor<'a> {
         Ok(name)
     }
 
+    /// Steps over an index in brackets, `[2]`, which is the next thing in the text, of a vector with so many numbers.
+    ///
+    /// # Errors
+    /// A [`FormulaError`] if there is no such number, or the bracket has no end.
+    pub fn take_index(&mut self, length: usize) -> Result<usize, FormulaError> {
+        self.take('[');
+        let place = self.offset();
+        let digits = self.take_while(|character| character != ']');
+        let index = digits.trim().parse::<usize>().ok().filter(|index| *index < length);
+        if !self.take(']') {
+            return Err(self.unexpected("']'"));
+        }
+        index.ok_or_else(|| {
+            FormulaError::new(place, format!("expected a number from 0 to {}, found '{digits}'", length - 1))
+        })
+    }
+
     /// That something else was expected here.
     pub fn unexpected(&self, expected: &str) -> FormulaError {
         let found = self.peek().map_or_else(|| "the end of the formula".into(), |next| format!("'{next}'"));

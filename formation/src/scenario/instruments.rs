@@ -6,8 +6,8 @@ use lockstep::Layout;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::DeserializeOwned;
 
-use super::links::is_choice;
-use super::{Context, agents_in, list_of};
+use super::links::{is_choice, known};
+use super::{Context, agents_in};
 use crate::config::{Node, Problem, Problems, Table, Value, did_you_mean, read};
 use crate::effects::{ActuatorLimits, SensorErrors};
 
@@ -40,8 +40,7 @@ impl Instruments {
             };
             let unknown = agents.iter().find(|agent| !ids.iter().any(|id| *id as usize == **agent));
             if let Some(agent) = unknown.filter(|_| !is_choice(ids)) {
-                let known = list_of(&ids.iter().map(|id| *id as usize).collect::<Vec<_>>());
-                let message = format!("there is no agent {agent}, only {known}");
+                let message = format!("there is no agent {agent}, only {}", known(ids));
                 problems.push(Problem::new(Some(node.origin.clone()), format!("{section}.{key}"), message));
             }
             overlays.push((agents, node.clone()));

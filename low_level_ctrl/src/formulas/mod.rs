@@ -4,6 +4,7 @@ mod law;
 mod read;
 
 use formation::config::{FormulaText, FormulaTexts, Ordered, did_you_mean, is_signal_name};
+use formation::formula::FORMULA_NAMES;
 use formation::scenario::{Agent, Context};
 use formation::wiring::{Bind, BoundOutputs, Checks, Component, Outputs, Refusal};
 use lockstep::{Fault, Field, Io, Participant, Step};
@@ -46,26 +47,6 @@ pub struct ControllerState {
     pub d: FormulaText,
 }
 
-/// What names in laws mean.
-const RESERVED: &[&str] = &[
-    "t",
-    "i",
-    "j",
-    "N",
-    "dt",
-    "pi",
-    "seed",
-    "a_ij",
-    "b_i",
-    "state",
-    "reference",
-    "estimate",
-    "command",
-    "sum",
-    "position",
-    "velocity",
-];
-
 impl Component for Formulas {
     fn check(&self, context: &Context) -> Checks {
         let mut checks = Checks::default();
@@ -107,7 +88,7 @@ impl Component for Formulas {
             let is_state = |agent: &Agent| {
                 agent.vehicle.model().is_some_and(|model| model.states.iter().any(|state| state.name == name))
             };
-            let is_taken = RESERVED.contains(&name) || context.agents.iter().any(is_state);
+            let is_taken = name == "sum" || FORMULA_NAMES.contains(&name) || context.agents.iter().any(is_state);
             let message = format!("`{name}` stands for something else in laws already: expected another name");
             checks = checks.require(!is_taken, &format!("{section}.{name}"), message);
         }

@@ -332,17 +332,9 @@ impl Reader<'_, '_, '_> {
 
 /// The index behind the name of a vector, from 0; a signal of one number needs none.
 fn element(signal: &str, length: usize, start: usize, text: &mut Cursor) -> Result<usize, FormulaError> {
-    if !text.take('[') {
+    if text.peek() != Some('[') {
         let message = format!("`{signal}` has {length} numbers: expected one of them, such as {signal}[0]");
         return if length == 1 { Ok(0) } else { Err(FormulaError::new(start, message)) };
     }
-    let place = text.offset();
-    let digits = text.take_while(|character| character != ']');
-    let index = digits.trim().parse::<usize>().ok().filter(|index| *index < length);
-    if !text.take(']') {
-        return Err(text.unexpected("']'"));
-    }
-    index.ok_or_else(|| {
-        FormulaError::new(place, format!("expected a number from 0 to {}, found '{digits}'", length - 1))
-    })
+    text.take_index(length)
 }

@@ -225,7 +225,8 @@ pub(super) fn is_choice(ids: &[u32]) -> bool {
     !ids.iter().copied().eq(1..=ids.len() as u32)
 }
 
-fn known(ids: &[u32]) -> String {
+/// The agents that there are, `1-6`.
+pub(super) fn known(ids: &[u32]) -> String {
     super::list_of(&ids.iter().map(|id| *id as usize).collect::<Vec<_>>())
 }
 

@@ -2,33 +2,11 @@
 
 use super::section::{EquationsSection, InputTable, StateTable};
 use crate::config::{Node, PerAgent, Problems, Sort, Table, did_you_mean, is_signal_name, read};
-use crate::formula::Expression;
+use crate::formula::{Expression, FORMULA_NAMES};
 use crate::vehicle::Variable;
 
-/// Names that formulas and rows of agents use for something else.
-const RESERVED: &[&str] = &[
-    "t",
-    "i",
-    "j",
-    "N",
-    "dt",
-    "pi",
-    "seed",
-    "id",
-    "vehicle",
-    "position",
-    "velocity",
-    "with",
-    "and",
-    "or",
-    "not",
-    "a_ij",
-    "b_i",
-    "state",
-    "reference",
-    "estimate",
-    "command",
-];
+/// Names that rows of agents and conditions use for something else.
+const OF_ROWS: [&str; 6] = ["id", "vehicle", "with", "and", "or", "not"];
 
 /// Most bytes of the name of a signal.
 pub(super) const LONGEST_NAME: usize = 64;
@@ -211,7 +189,7 @@ impl Names<'_> {
     fn name(&mut self, name: &str, path: &str) {
         let is_name = Expression::parse(name).is_ok_and(|expression| expression.names() == [name]);
         let is_word = name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_');
-        if RESERVED.contains(&name) || (is_word && !is_name) {
+        if FORMULA_NAMES.contains(&name) || OF_ROWS.contains(&name) || (is_word && !is_name) {
             let message = format!("`{name}` stands for something else in formulas: expected another name");
             self.problems.at(self.root, path, message);
         } else if !is_name {
