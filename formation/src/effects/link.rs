@@ -372,6 +372,11 @@ mod tests {
         let model = |reordering| LinkModel { delay: Some(delays.clone()), limit: 8, reordering, ..ideal() };
         assert_eq!(numbers(model(false), 6), [0.0, 0.0, 0.0, 4.0, 4.0, 4.0]);
         assert_eq!(numbers(model(true), 6), [0.0, 2.0, 3.0, 4.0, 4.0, 6.0]);
+        // The first message arrives alone, behind the third, and is not taken.
+        let delays = Delay::Trace(vec![0.3, 0.0, 0.0, 0.3]);
+        let model = |reordering| LinkModel { delay: Some(delays.clone()), limit: 8, reordering, ..ideal() };
+        assert_eq!(numbers(model(false), 6), [0.0, 0.0, 0.0, 3.0, 3.0, 3.0]);
+        assert_eq!(numbers(model(true), 6), [0.0, 2.0, 3.0, 3.0, 3.0, 6.0]);
     }
 
     #[test]
